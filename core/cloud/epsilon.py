@@ -1,0 +1,278 @@
+"""The hop epsilon of the partition, when the data must say it (§3.3).
+
+An independent sample of a curve has gaps of about (ln N + c) / rho, rho the samples
+per unit length; noise of standard deviation sigma widens it to a band whose sparse
+flanks ask for a hop of their own when rho sigma is large. Both come from optimal balls
+(§4.2.1) over a subsample. From there upward, the epsilon chosen is the first that
+merges nothing over a wide range: there the curves have come together, and not yet
+touched one another.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from core.cloud.balls import Balls, optimal_balls
+from core.cloud.linkage import components
+from core.cloud.points import Normalisation, centred, inverse_power_of_two
+from core.cloud.sampling import spread_subsample
+
+__all__ = ["estimate_epsilon", "least_component_size"]
+
+Floats = NDArray[np.float64]
+
+# Coordinates smaller than this, or larger than its inverse, are scaled before anything is squared.
+TINY = 1e-100
+# Odd multipliers of 64 bits, arbitrary.
+HASH = np.array([0x1E3779B97F4A7C15, 0x2545F4914F6CDD1D, 0x369DEA0F31A53F85], dtype=np.int64)
+
+CANDIDATES = 20_000
+SEEDS = 240
+# A subsample with a larger share of repeated points than this is freed of them.
+REPEATED = 0.002
+
+# Balls whose points scatter more than this across their line, relative to along it, or whose
+# centre is this far from the seed, are of outliers, or of a curve beside the seed.
+LINEAR = 0.15
+LARGEST_SHIFT = 0.5
+LARGEST_OFFSET = 3.0
+# Trusted balls must be at least so many, and at least this share of those found.
+LEAST_BALLS = 5
+LEAST_SHARE = 0.25
+# Two in a hundred of the trusted balls may yet be of outliers: when they are this much thinner than the rest.
+STRAY_SHARE = 0.02
+STRAY_DENSITY = 0.5
+
+# Expected number of gaps longer than the shortest hop considered: exp(-2), 0.14.
+SAFETY = 2.0
+# The band of an independent sample with normal noise holds together, all but its last 2 %, at
+# FLANK sigma (rho sigma)^-DECAY: fitted to simulated bands with 5 < rho sigma < 500, in 2D and 3D.
+FLANK = {2: 2.0, 3: 2.75}
+DECAY = {2: 0.304, 3: 0.24}
+
+# The epsilons considered: RATIO^0 … RATIO^(STEPS - 1) times the shortest, a range of 1 : 3.9.
+RATIO = 1.12
+STEPS = 13
+# An epsilon is a clear choice when no more than this many steps beyond it merge nothing: a factor of 1.4.
+PLATEAU = 3
+# Components of six times the least size count as curves when plateaus are sought: clumps of outliers do not.
+CURVE = 6
+# The longest hop may cover this much more of the points than the one chosen.
+DUST = 0.1
+# One curve that covers so much needs no comparison with longer hops.
+WHOLE = 0.8
+
+
+def least_component_size(count: int) -> int:
+    """Size below which a component of ``count`` points is taken for outliers: ceil(ln N) + 1.
+
+    Clumps of outliers grow rarer exponentially with their size, so that the largest to
+    be expected grows with ln N. Never more than N.
+    """
+    return math.ceil(math.log(count)) + 1
+
+
+def estimate_epsilon(points: Floats) -> float:
+    """Estimate the longest hop between neighbours on one curve (§3.3).
+
+    Parameters
+    ----------
+    points : (N, d) array, d = 2 or 3
+        Finite, at least one row.
+
+    Returns
+    -------
+    float
+        Positive. The same, but for rounding, for the points rotated, translated or in another
+        order, and scaled with them. Points that all coincide have no length to go by: four
+        units in the last place of their largest coordinate.
+
+    Notes
+    -----
+    O(N log N). Repeated points count once.
+    """
+    largest = float(np.abs(points).max())
+    unit = inverse_power_of_two(largest) if not TINY < largest < 1 / TINY and largest > 0 else 1.0
+    points = _distinct(points * unit if unit != 1 else points)
+    resolution = float(np.spacing(largest * unit))
+    epsilon = 4 * resolution if len(points) == 1 else max(_estimate(points), resolution)
+    return min(epsilon / unit, float(np.finfo(np.float64).max))
+
+
+def _estimate(points: Floats) -> float:
+    """Estimate epsilon for at least two distinct points of moderate size."""
+    candidates, way = centred(points.take(spread_subsample(points, CANDIDATES), axis=0))
+    probes = _probe(candidates, len(points) / len(candidates))
+    shortest = _hop_by_neighbours(candidates) if probes is None else _shortest_hop(points, probes, way)
+    return _clearest(points, shortest * way.scale)
+
+
+def _distinct(points: Floats) -> Floats:
+    """Drop repeated points, unless a subsample has next to none."""
+    sample = points.take(spread_subsample(points, CANDIDATES), axis=0)
+    if len(_unique(sample)) >= (1 - REPEATED) * len(sample):
+        return points
+    return _unique(points)
+
+
+def _unique(points: Floats) -> Floats:
+    """Keep one of each set of equal points.
+
+    Sorted by a hash of their bits, equal points follow one another, whatever their order
+    was; a collision of hashes can at worst keep a repetition.
+    """
+    bits = (points + 0.0).view(np.int64)  # -0 + 0 is 0
+    hashed = (bits * HASH[: points.shape[1]]).sum(axis=1)
+    rows = points.take(np.argsort(hashed ^ (hashed >> 29)), axis=0)
+    return rows[np.concatenate(([True], (rows[1:] != rows[:-1]).any(axis=1)))]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Probes:
+    """Trusted optimal balls: where they are, and what they say of density and noise."""
+
+    centre: Floats
+    direction: Floats
+    density: Floats
+    sigma: float
+
+
+def _probe(candidates: Floats, thinning: float) -> _Probes | None:
+    """Optimal balls of seeds spread over the candidates; None when too few look like a curve's.
+
+    ``thinning`` is the number of points for which a candidate stands.
+    """
+    dimension = candidates.shape[1]
+    extent = math.sqrt(np.max(np.einsum("ij,ij->i", candidates, candidates)))
+    # 2D points get z = 0.
+    candidates = np.pad(candidates, ((0, 0), (0, 3 - dimension)))
+    seeds = candidates.take(spread_subsample(candidates, SEEDS), axis=0)
+    balls = optimal_balls(candidates, seeds, extent, flat=dimension == 2)
+    chosen = _trusted(balls, seeds)
+    if chosen.sum() < max(LEAST_BALLS, LEAST_SHARE * balls.found.sum()):
+        chosen = balls.found
+    if chosen.sum() < LEAST_BALLS:
+        return None
+    sigma = float(np.median(balls.sigma[chosen]))
+    centre, direction = balls.centre[chosen, :dimension], balls.direction[chosen, :dimension]
+    return _Probes(centre, direction, balls.density[chosen] * thinning, sigma)
+
+
+def _trusted(balls: Balls, seeds: Floats) -> NDArray[np.bool_]:
+    """Which balls lie along a curve through their seeds."""
+    shift = balls.centre - seeds
+    along = np.einsum("ij,ij->i", shift, balls.direction)
+    offset = np.linalg.norm(shift - along[:, None] * balls.direction, axis=1)
+    with np.errstate(invalid="ignore"):
+        linear = 3 * balls.variance < LINEAR * balls.radius**2
+        central = np.abs(along) < LARGEST_SHIFT * balls.radius
+        inside = offset <= LARGEST_OFFSET * np.sqrt(balls.variance)
+    return np.asarray(balls.found & linear & central & inside)
+
+
+def _shortest_hop(points: Floats, probes: _Probes, way: Normalisation) -> float:
+    """Predict the least hop, in the units of the probes, that joins a sample of this density and noise."""
+    density = np.sort(probes.density)
+    density = density[density >= STRAY_DENSITY * density[int(STRAY_SHARE * len(density))]]
+    thickness = probes.sigma / float(np.mean(1 / density))
+    d = points.shape[1]
+    flank = FLANK[d] * probes.sigma * thickness ** -DECAY[d] if thickness > 0 else 0.0
+    scatter = _scatter_of_gaps(points, probes, way) if thickness < 1 else 1.0
+    return max(_longest_gap(density, len(points), scatter), flank)
+
+
+def _longest_gap(density: Floats, count: int, scatter: float) -> float:
+    """Predict the hop that all but exp(-SAFETY) gaps are shorter than.
+
+    Each probe stands for an equal share of the gaps. One longer than e has the probability
+    exp(-rho e) in an independent sample; ``scatter``, the squared coefficient of variation of
+    the gaps, turns this into exp(-(rho e - 1 + scatter) / scatter), from independent (1) to regular (0).
+    """
+    low, high = 0.0, (math.log(count) + SAFETY + 1) * (1 + scatter) / float(density.min())
+    for _ in range(60):
+        hop = (low + high) / 2
+        exponents = np.maximum((density * hop - 1 + scatter) / scatter, 0.0)
+        if count * float(np.mean(np.exp(-exponents))) > math.exp(-SAFETY):
+            low = hop
+        else:
+            high = hop
+    return high
+
+
+def _scatter_of_gaps(points: Floats, probes: _Probes, way: Normalisation) -> float:
+    """Squared coefficient of variation of the gaps along a curve: 1 when independent, 0 when regular."""
+    spaced = np.unique(np.linspace(0, len(probes.density) - 1, 12).round().astype(np.int64))
+    centres = way.restore(probes.centre[spaced])
+    scatters = []
+    for centre, direction, density in zip(
+        centres, probes.direction[spaced], probes.density[spaced], strict=True
+    ):
+        reach = 20 / density * way.scale
+        near = points[np.max(np.abs(points - centre), axis=1) <= reach]
+        gaps = np.diff(np.sort((near - centre) @ direction)) / reach
+        gaps = gaps[gaps > 1e-9]
+        if len(gaps) >= 8:
+            scatters.append(float(np.var(gaps) / np.mean(gaps) ** 2))
+    scatter = float(np.mean(scatters)) if scatters else 1.0
+    # Independent samples are the rule: only a clear departure counts.
+    return 1.0 if 0.6 < scatter < 1.5 else min(max(scatter, 0.02), 2.0)
+
+
+def _hop_by_neighbours(candidates: Floats) -> float:
+    """Hop to the neighbour number ln N, as nine points in ten have it: for what looks like no curve."""
+    neighbour = min(least_component_size(len(candidates)), len(candidates) - 1)
+    distances = cKDTree(candidates).query(candidates, k=[neighbour + 1])[0]
+    return float(np.quantile(distances, 0.9))
+
+
+def _clearest(points: Floats, shortest: float) -> float:
+    """Find the first epsilon from the shortest upward beyond which nothing merges over a wide range."""
+    ladder = _Ladder(points, shortest, {})
+    top = STEPS - 1
+    if ladder.curves(0) == 1 and ladder.covered(0) > WHOLE:
+        return ladder.epsilon(top / 2)
+    step = 0
+    while step < top and ladder.covered(step) < ladder.covered(top) - DUST:
+        step += 1
+    while step < top and ladder.curves(step) != ladder.curves(top):
+        end = step
+        while end < top and ladder.curves(end + 1) == ladder.curves(step):
+            end += 1
+        if end - step >= PLATEAU - 1:
+            return ladder.epsilon((step + end) / 2)
+        step = end + 1
+    return ladder.epsilon((step + top) / 2)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ladder:
+    """Partitions of a point set at geometrically growing epsilons, computed when asked for."""
+
+    points: Floats
+    shortest: float
+    known: dict[int, tuple[int, float]]
+
+    def epsilon(self, step: float) -> float:
+        """Hop of a step."""
+        return self.shortest * float(RATIO**step)
+
+    def curves(self, step: int) -> int:
+        """Count the components large enough to be curves."""
+        return self._census(step)[0]
+
+    def covered(self, step: int) -> float:
+        """Share of the points in components that are not taken for outliers."""
+        return self._census(step)[1]
+
+    def _census(self, step: int) -> tuple[int, float]:
+        if step not in self.known:
+            sizes = np.bincount(components(self.points, self.epsilon(step)))
+            least = least_component_size(len(self.points))
+            covered = float(sizes[sizes >= least].sum()) / len(self.points)
+            self.known[step] = int((sizes >= CURVE * least).sum()), covered
+        return self.known[step]

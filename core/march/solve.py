@@ -1,0 +1,59 @@
+"""The PCA method on one component in working coordinates: march, prune, join, choose (§4.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from core.cloud.sampling import Sample, spread_subsample
+from core.march.evidence import description_length
+from core.march.fragments import Fragment, Pace, march_all
+from core.march.join import join_fragments, prune_fragments
+from core.refine.polyline import Polyline
+from core.refine.principal_curve import refine_curves
+
+__all__ = ["Marched", "solve_march"]
+
+# Factors on the local radius: one set of strips may cut a corner that another follows.
+RADIUS_SCALES = (1.0, 0.7, 1.4)
+THOROUGH = 20000  # up to this many samples all of them are tried; beyond, only when the first leaves doubt
+JUDGED = 5000  # samples by which hypotheses are compared, after a short refinement
+CLEARLY = 10.0  # nats by which a later hypothesis must be better
+DOUBT = 0.03  # share of samples left over
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Marched:
+    """The chosen hypothesis: curves, the fragments they came from, and its description length."""
+
+    curves: list[Polyline]
+    fragments: list[Fragment]
+    nats: float
+
+
+def solve_march(sample: Sample, pace: Pace) -> Marched:
+    """March at several radii and keep the curves that explain the samples best.
+
+    Parameters
+    ----------
+    sample : Sample
+    pace : Pace
+    """
+    best: Marched | None = None
+    judged = Sample.of(sample.few[spread_subsample(sample.few, JUDGED)])
+    for factor in RADIUS_SCALES if not pace.radius else (1.0,):
+        marched, left = _once(sample, judged, replace(pace, radius_scale=factor))
+        if best is None or marched.nats < best.nats - CLEARLY:
+            best = marched
+        if len(sample.points) > THOROUGH and left < DOUBT:
+            break
+    assert best is not None  # noqa: S101 - there is always a first factor
+    return best
+
+
+def _once(sample: Sample, judged: Sample, pace: Pace) -> tuple[Marched, float]:
+    fragments, passed = march_all(sample.points, pace)
+    fragments = prune_fragments(sample, fragments, pace.scale.sigma)
+    curves = join_fragments(sample, fragments)
+    smooth = refine_curves(judged, curves, pace.scale.sigma, pace.flat, passes=2).curves if curves else ()
+    nats = description_length(judged.points, smooth, pace.scale.sigma, pace.extent, pace.flat)
+    return Marched(curves, fragments, nats), 1.0 - float(passed.mean())

@@ -1,0 +1,131 @@
+"""The methods, each reading like the paper's own summary of it.
+
+``partition`` (§3.3); ``pca`` (§4.1, 4.2): partition, scale and project on the best plane,
+march, join, refine, and back into the user's frame.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from core.cloud.frame import is_quasi_planar
+from core.cloud.partition import partition as _partition
+from core.cloud.points import as_points
+from core.cloud.sampling import Sample, estimate_scale
+from core.cloud.working_frame import working_frame
+from core.errors import DegenerateInput
+from core.march.fragments import Pace
+from core.march.solve import solve_march
+from core.parameters import PartitionParameters, PcaParameters
+from core.refine.principal_curve import CUT, as_they_are, refine_curves
+from core.report import Solved, report
+from core.results import Component, Partition, Reconstruction
+
+__all__ = ["partition", "pca"]
+
+Floats = NDArray[np.float64]
+
+LEAST_POINTS = 10
+CUTS = {"auto": CUT, "keep": 12.0, "reject": 3.0}  # in sigma
+
+
+def partition(points: ArrayLike, parameters: PartitionParameters | None = None) -> Partition:
+    """Partition a point set into extended neighbours (§3.3).
+
+    Parameters
+    ----------
+    points : array_like, (N, 2) or (N, 3)
+    parameters : PartitionParameters, optional
+
+    Raises
+    ------
+    InvalidPoints
+        When the shape, the type or a value is wrong.
+    """
+    return _partition(as_points(points), parameters or PartitionParameters())
+
+
+def pca(
+    points: ArrayLike, parameters: PcaParameters | None = None, *, stages: bool = False
+) -> Reconstruction:
+    """Reconstruct curves by the PCA march (§4.2).
+
+    Parameters
+    ----------
+    points : array_like, (N, 2) or (N, 3)
+        Noisy, unorganised samples of one or several curves.
+    parameters : PcaParameters, optional
+        By default everything follows from the data.
+    stages : bool
+        Whether to return the balls and the raw march as well.
+
+    Raises
+    ------
+    InvalidPoints
+        When the shape, the type or a value is wrong.
+    DegenerateInput
+        When the points determine no curve.
+    """
+    points = as_points(points)
+    parameters = parameters or PcaParameters()
+    _require_enough(points)
+    parts = _partition(points, parameters)
+    solved = []
+    for component in parts.components:
+        members = np.flatnonzero(parts.labels == component.label)
+        one = _march_component(points[members], members, component, parameters)
+        if one is not None:
+            solved.append(one)
+    if not solved:
+        raise DegenerateInput(
+            "No curve can be seen in these points: nowhere do enough of them line up. "
+            "Give more points, or a larger epsilon.",
+            ("points",),
+        )
+    return report("pca", "the PCA march was asked for", points, parts, solved, stages)
+
+
+def _require_enough(points: Floats) -> None:
+    if (
+        len(np.unique(points[: 4 * LEAST_POINTS], axis=0)) < LEAST_POINTS
+        and len(np.unique(points, axis=0)) < LEAST_POINTS
+    ):
+        raise DegenerateInput(
+            f"A curve needs at least {LEAST_POINTS} distinct points; there are fewer.", ("points",)
+        )
+
+
+def _march_component(
+    points: Floats, members: NDArray[np.int64], component: Component, parameters: PcaParameters
+) -> Solved | None:
+    """One component from the input frame to refined curves; None where nothing lines up."""
+    flat = _is_flat(points, parameters.planar)
+    work, frame = working_frame(points, component.frame.axes, flat)
+    extent = float(np.sqrt(np.einsum("ij,ij->i", work, work).max()))
+    sample = Sample.of(work)
+    scale = estimate_scale(sample, extent, frame.flat) if extent > 0 else None
+    if scale is None:
+        return None
+    pace = Pace(
+        scale, extent, frame.flat,
+        radius=(parameters.radius or 0.0) / frame.scale,
+        step=(parameters.step or 0.0) / frame.scale,
+        max_uses=parameters.max_uses or 0,
+    )  # fmt: skip
+    marched = solve_march(sample, pace)
+    if not marched.curves:
+        return None
+    cut = CUTS[parameters.outliers]
+    spacing = parameters.vertex_spacing / frame.scale if parameters.vertex_spacing else None
+    settle = refine_curves if parameters.refine else as_they_are
+    refined = settle(sample, marched.curves, scale.sigma, frame.flat, cut, spacing)
+    return Solved(
+        component, members, frame, refined, scale, marched.fragments, cut, parameters.outliers != "keep"
+    )
+
+
+def _is_flat(points: Floats, planar: bool | None) -> bool:
+    if planar is not None or points.shape[1] == 2:
+        return planar is not False
+    return is_quasi_planar(points)

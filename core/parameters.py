@@ -1,0 +1,86 @@
+"""Every parameter of the core, declared once: unit, range, default and source.
+
+The models feed validation, the OpenAPI document, the query parameters, the
+command line and the docs. ``None`` always means "let the data decide".
+Lengths are in the units of the input points.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+__all__ = ["CommonParameters", "PartitionParameters", "PcaParameters"]
+
+Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class _Parameters(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class PartitionParameters(_Parameters):
+    """Parameters of the partition into extended neighbours (§3.3)."""
+
+    epsilon: Length | None = Field(
+        None,
+        description="Largest hop between extended neighbours, in input units (§3.3). "
+        "Null: estimated from the density along the curves.",
+    )
+    min_component_size: int | None = Field(
+        None,
+        ge=1,
+        description="Components with fewer points are labelled -1. Null: grows with ln N.",
+    )
+
+
+class CommonParameters(PartitionParameters):
+    """Parameters that every reconstruction method understands."""
+
+    outliers: Literal["auto", "keep", "reject"] = Field(
+        "auto",
+        description="'auto': samples that the noise does not explain are left out when there are any; "
+        "'keep': every sample of a component takes part; 'reject': strict, at three standard deviations.",
+    )
+    refine: bool = Field(
+        True,
+        description="Move the curve to the local regression of its samples, with the curvature bias removed.",
+    )
+    vertex_spacing: Length | None = Field(
+        None,
+        description="Distance between neighbouring vertices of the result, in input units. "
+        "Null: fine enough that chords deviate by less than the standard error.",
+    )
+    seed: int = Field(
+        0, ge=0, le=2**32 - 1, description="Seed of every random choice; the same seed, the same answer."
+    )
+
+
+class PcaParameters(CommonParameters):
+    """Parameters of the PCA march (§4.2)."""
+
+    radius: Length | None = Field(
+        None,
+        description="Radius of the local balls B(p, r), in input units (§4.2.1). "
+        "Null: the first local minimum of the normalised fitting error, per place.",
+    )
+    step: Length | None = Field(
+        None,
+        description="Distance d marched from ball to ball, in input units (§4.2.2). Null: half the local radius.",
+    )
+    max_uses: int | None = Field(
+        None,
+        ge=1,
+        description="In how many balls a sample may be used (§4.2.2). "
+        "Null: samples are owned with a direction, so that crossings are marched straight through.",
+    )
+    estimator: Literal["pca", "least_squares"] = Field(
+        "pca",
+        description="Line fit in a ball: principal axes (§3.1), or least squares in a randomly rotated frame (§3.2).",
+    )
+    planar: bool | None = Field(
+        None,
+        description="True: project each component on its best plane (§4.1); false: march in 3D. "
+        "Null: project the components that are quasi-planar.",
+    )

@@ -1,0 +1,259 @@
+"""Local polynomial regression of binned samples along arc length.
+
+Order four inside, order two near open ends, where order four would explode; the
+bandwidth minimises Mallows' C_p.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["Bandwidths", "Bins", "Fit", "bin_samples", "local_fit", "select_bandwidths"]
+
+
+INSIDE, AT_ENDS = 4, 2  # orders
+BINS_A_BANDWIDTH = 10.0
+JUDGED_BINS = 400
+PENALTY = 3.0  # Mallows has 2; the noise of C_p itself then picks too narrow a band too often
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bins:
+    """Samples summed over equal intervals of arc length.
+
+    Attributes
+    ----------
+    station : (B,) array
+        Mean arc length of the samples of each bin (its middle where it is empty).
+    count : (B,) array
+    mean : (B, 3) array
+        Mean position.
+    length : float
+        Length that the bins cover.
+    closed : bool
+    """
+
+    station: NDArray[np.float64]
+    count: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    length: float
+    closed: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """A local polynomial at given stations.
+
+    Attributes
+    ----------
+    value, second : (K, 3) array
+        Position and second derivative.
+    leverage : (K,) array
+        Weight of one sample at the station in its own fit; the squared standard error of
+        the value is close to ``sigma^2`` times this.
+    """
+
+    value: NDArray[np.float64]
+    second: NDArray[np.float64]
+    leverage: NDArray[np.float64]
+
+
+def bin_samples(
+    points: NDArray[np.float64], station: NDArray[np.float64], length: float, count: int, closed: bool
+) -> Bins:
+    """Sum samples into ``count`` equal bins of arc length.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+    station : (N,) array
+        Arc length of each sample's foot, in [0, length].
+    """
+    index = np.minimum((station * (count / length)).astype(np.int64), count - 1)
+    n = np.bincount(index, minlength=count).astype(np.float64)
+    full = np.maximum(n, 1.0)
+    place = np.bincount(index, station, count) / full
+    middle = (np.arange(count) + 0.5) * (length / count)
+    mean = np.stack([np.bincount(index, points[:, k], count) / full for k in range(3)], axis=1)
+    return Bins(np.where(n > 0, place, middle), n, mean, length, closed)
+
+
+@dataclass(frozen=True, slots=True)
+class Bandwidths:
+    """Half-widths of the windows: of order four inside, of order two at open ends."""
+
+    inside: float
+    ends: float
+
+
+def local_fit(bins: Bins, at: NDArray[np.float64], bandwidths: Bandwidths) -> Fit:
+    """Fit local polynomials at each station of ``at`` (K,): order four inside, two at open ends."""
+    inside = _one_order(bins, at, bandwidths.inside, INSIDE)
+    if bins.closed:
+        return inside
+    ends = _one_order(bins, at, bandwidths.ends, AT_ENDS)
+    share = np.clip(2.0 * np.minimum(at, bins.length - at) / bandwidths.inside - 1.0, 0.0, 1.0)
+    blend = share[:, None]
+    return Fit(
+        blend * inside.value + (1.0 - blend) * ends.value,
+        blend * inside.second + (1.0 - blend) * ends.second,
+        share * inside.leverage + (1.0 - share) * ends.leverage,
+    )
+
+
+def _one_order(bins: Bins, at: NDArray[np.float64], bandwidth: float, order: int) -> Fit:
+    coarse = _merged(bins, bandwidth)
+    return Fit(*_fit_all(coarse.station, coarse.count, coarse.mean, coarse.length, coarse.closed, at, bandwidth, order))
+
+
+def _merged(bins: Bins, bandwidth: float) -> Bins:
+    """Bins merged as far as the bandwidth allows: every window then costs the same."""
+    size = len(bins.count)
+    factor = int(bandwidth * size / (BINS_A_BANDWIDTH * bins.length))
+    while factor > 1 and size % factor:
+        factor -= 1
+    if factor <= 1:
+        return bins
+    count = bins.count.reshape(-1, factor)
+    n = count.sum(axis=1)
+    weight = np.where(n[:, None] > 0, count, 1.0) / np.where(n > 0, n, factor)[:, None]
+    station = np.sum(bins.station.reshape(-1, factor) * weight, axis=1)
+    mean = np.einsum("bfk,bf->bk", bins.mean.reshape(-1, factor, 3), weight)
+    return Bins(station, n, mean, bins.length, bins.closed)
+
+
+def select_bandwidths(
+    bins: Bins, candidates: NDArray[np.float64], variance: float, normals: int
+) -> Bandwidths:
+    """Choose the bandwidths of least C_p, order by order.
+
+    Parameters
+    ----------
+    bins : Bins
+    candidates : (H,) array
+    variance : float
+        Noise variance per normal direction.
+    normals : int
+        Number of normal directions.
+    """
+    inside = _least_cp(bins, candidates, variance * normals, INSIDE)
+    return Bandwidths(inside, inside if bins.closed else _least_cp(bins, candidates, variance * normals, AT_ENDS))
+
+
+def _least_cp(bins: Bins, candidates: NDArray[np.float64], variance: float, order: int) -> float:
+    """The candidate of least C_p, judged away from open ends, where one-sided windows rule."""
+    some = np.flatnonzero(bins.count)
+    some = some[:: max(1, len(some) // JUDGED_BINS)]
+    station, count, mean = bins.station[some], bins.count[some], bins.mean[some]
+    scores = np.empty(len(candidates))
+    for k, h in enumerate(candidates):
+        fit = _one_order(bins, station, float(h), order)
+        residual = np.einsum("ij,ij->i", mean - fit.value, mean - fit.value)
+        scores[k] = np.sum(count * (residual + PENALTY * variance * fit.leverage))
+    return float(candidates[int(np.argmin(scores))])
+
+
+@njit(cache=True)
+def _solve(m, rhs, size):  # type: ignore[no-untyped-def]
+    """Solve the leading ``size`` rows in place by Cholesky; False when not positive definite."""
+    for i in range(size):
+        for j in range(i + 1):
+            total = m[i, j]
+            for k in range(j):
+                total -= m[i, k] * m[j, k]
+            if i == j:
+                if total <= 1e-11 * m[i, i] or total <= 0.0:
+                    return False
+                m[i, i] = np.sqrt(total)
+            else:
+                m[i, j] = total / m[j, j]
+    for c in range(rhs.shape[1]):
+        for i in range(size):
+            total = rhs[i, c]
+            for k in range(i):
+                total -= m[i, k] * rhs[k, c]
+            rhs[i, c] = total / m[i, i]
+        for i in range(size - 1, -1, -1):
+            total = rhs[i, c]
+            for k in range(i + 1, size):
+                total -= m[k, i] * rhs[k, c]
+            rhs[i, c] = total / m[i, i]
+    return True
+
+
+@njit(cache=True)
+def _window(station, count, mean, length, closed, s, h, moments, target):  # type: ignore[no-untyped-def]
+    """Moments of the window around ``s``; returns the number of bins with samples in it."""
+    bins = station.shape[0]
+    width = length / bins
+    first, last = int(np.floor((s - h) / width)) - 1, int(np.floor((s + h) / width)) + 1
+    if closed:
+        if last - first >= bins:
+            first, last = (
+                int(np.floor(s / width)) - bins // 2,
+                int(np.floor(s / width)) - bins // 2 + bins - 1,
+            )
+    else:
+        first, last = max(first, 0), min(last, bins - 1)
+    moments[:] = 0.0
+    target[:] = 0.0
+    used = 0
+    for j in range(first, last + 1):
+        b, shift = j, 0.0
+        if b < 0:
+            b += bins
+            shift = -length
+        elif b >= bins:
+            b -= bins
+            shift = length
+        if count[b] == 0.0:
+            continue
+        u = (station[b] + shift - s) / h
+        if abs(u) >= 1.0:
+            continue
+        used += 1
+        w = count[b] * (1.0 - u * u)
+        x, y, z = mean[b, 0], mean[b, 1], mean[b, 2]
+        for p in range(9):
+            moments[p] += w
+            if p < 5:
+                target[p, 0] += w * x
+                target[p, 1] += w * y
+                target[p, 2] += w * z
+            w *= u
+    return used
+
+
+@njit(cache=True)
+def _fit_all(station, count, mean, length, closed, at, bandwidth, highest):  # type: ignore[no-untyped-def]
+    """Local polynomials of the highest order that the window's samples allow."""
+    n = at.shape[0]
+    value, second, leverage = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
+    moments, target = np.empty(9), np.empty((5, 3))
+    m, rhs = np.empty((5, 5)), np.empty((5, 4))
+    for i in range(n):
+        s, h = at[i], bandwidth
+        used = _window(station, count, mean, length, closed, s, h, moments, target)
+        while used < highest + 2 and h < length:
+            h *= 1.3
+            used = _window(station, count, mean, length, closed, s, h, moments, target)
+        for order in range(highest, -1, -1):
+            if used <= order + 1 and order > 0:
+                continue
+            for a in range(order + 1):
+                for b in range(order + 1):
+                    m[a, b] = moments[a + b]
+                for k in range(3):
+                    rhs[a, k] = target[a, k]
+                rhs[a, 3] = 1.0 if a == 0 else 0.0
+            if _solve(m, rhs, order + 1):
+                for k in range(3):
+                    value[i, k] = rhs[0, k]
+                    second[i, k] = 2.0 * rhs[2, k] / (h * h) if order >= 2 else 0.0
+                leverage[i] = rhs[0, 3]
+                break
+    return value, second, leverage

@@ -1,0 +1,188 @@
+"""From refined curves in working frames to the answer in the user's frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from core.cloud.sampling import Scale
+from core.cloud.working_frame import WorkingFrame
+from core.march.fragments import Fragment
+from core.march.strip import N_ALL
+from core.march.walk import RADIUS
+from core.nyquist import LEAST_GAP, branch_gaps
+from core.refine.crossings import crossings
+from core.refine.principal_curve import Refined
+from core.results import (
+    Ball,
+    Component,
+    Crossing,
+    Curve,
+    Nyquist,
+    Partition,
+    Reconstruction,
+    Sampling,
+    Stages,
+    Violation,
+    Warn,
+)
+
+__all__ = ["Solved", "report"]
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solved:
+    """A component with its curves in working coordinates.
+
+    ``members`` are the indices of its samples in the input; ``cut`` is the distance in sigma
+    beyond which samples took no part.
+    """
+
+    component: Component
+    members: Ints
+    frame: WorkingFrame
+    refined: Refined
+    scale: Scale
+    fragments: list[Fragment]
+    cut: float
+    reject: bool
+
+
+def report(
+    method: str, reason: str, points: Floats, parts: Partition, solved: Sequence[Solved], stages: bool
+) -> Reconstruction:
+    """Assemble the answer.
+
+    Parameters
+    ----------
+    method, reason : str
+    points : (N, d) array
+    parts : Partition
+    solved : sequence of Solved
+    stages : bool
+        Whether to add the balls and the raw march.
+    """
+    curves: list[Curve] = []
+    meetings: list[Crossing] = []
+    labels = np.full(len(points), -1, np.int64)
+    outside = parts.labels < 0
+    for one in solved:
+        first = len(curves)
+        own, far = _samples(one, len(points))
+        labels[one.members] = np.where(own >= 0, own + first, -1)
+        outside[one.members[far]] = True
+        curves += _curves(one, own)
+        meetings += _crossings(one, first)
+    return Reconstruction(
+        method=method,
+        reason=reason,
+        curves=tuple(curves),
+        crossings=tuple(meetings),
+        outliers=np.flatnonzero(outside),
+        sampling=_sampling(curves, solved, parts),
+        frames=tuple(one.component.frame for one in solved),
+        warnings=(*parts.warnings, *_warnings(solved)),
+        stages=_stages(solved) if stages else None,
+        labels=labels,
+    )
+
+
+def _samples(one: Solved, total: int) -> tuple[Ints, NDArray[np.bool_]]:
+    """The curve of each sample (-1: none), and which samples the noise does not explain."""
+    feet, sigma = one.refined.feet, one.refined.sigma
+    if not one.reject:
+        return feet.curve, np.zeros(len(feet.curve), np.bool_)
+    # Fewer than one Gaussian sample in two clouds of this size lies farther out.
+    limit = min(one.cut, 3.0) if one.cut <= 3.0 else max(float(norm.isf(0.25 / max(total, 2))), one.cut)
+    far = ~(feet.distance <= limit * max(sigma, 1e-12))
+    return np.where(far, -1, feet.curve), far
+
+
+def _curves(one: Solved, own: Ints) -> list[Curve]:
+    out = []
+    for k, line in enumerate(one.refined.curves):
+        distance = one.refined.feet.distance[own == k]
+        distance = distance[np.isfinite(distance)]
+        residual = float(np.sqrt(np.mean(distance**2))) if len(distance) else 0.0
+        out.append(
+            Curve(
+                vertices=one.frame.restore(line.vertices),
+                closed=line.closed,
+                component=one.component.label,
+                length=line.length * one.frame.scale,
+                samples=len(distance),
+                rms_residual=residual * one.frame.scale,
+            )
+        )
+    return out
+
+
+def _crossings(one: Solved, first: int) -> list[Crossing]:
+    if not one.frame.flat:
+        return []
+    return [
+        Crossing(one.frame.restore(m.place[None])[0], (m.curves[0] + first, m.curves[1] + first), m.angle)
+        for m in crossings(one.refined.curves)
+    ]
+
+
+def _sampling(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partition) -> Sampling:
+    samples = sum(c.samples for c in curves)
+    length = sum(c.length for c in curves)
+    weights = np.array([len(one.members) for one in solved], np.float64)
+    variances = np.array([(one.refined.sigma * one.frame.scale) ** 2 for one in solved])
+    sigma = float(np.sqrt(np.average(variances, weights=weights)))
+    return Sampling(sigma, samples / length if length > 0 else 0.0, parts.epsilon, _nyquist(solved))
+
+
+def _nyquist(solved: Sequence[Solved]) -> Nyquist:
+    """The least distance between branches, and every place where it is too small."""
+    violations: list[Violation] = []
+    margin: float | None = None
+    for one in solved:
+        sigma = one.refined.sigma
+        meetings = crossings(one.refined.curves) if one.frame.flat else []
+        for place, gap in branch_gaps(one.refined.curves, sigma):
+            if any(np.linalg.norm(m.place - place) < 12.0 * sigma + 2.0 * gap for m in meetings):
+                continue
+            sigmas = gap / sigma
+            margin = sigmas if margin is None else min(margin, sigmas)
+            if sigmas < LEAST_GAP:
+                location = one.frame.restore(place[None])[0]
+                reason = f"two branches only {sigmas:.1f} sigma apart: the noise must stay below half of the smallest detail"
+                violations.append(Violation(location, float(sigmas), reason))
+    return Nyquist(not violations, margin, tuple(violations))
+
+
+def _warnings(solved: Sequence[Solved]) -> list[Warn]:
+    out = []
+    for one in solved:
+        label = one.component.label
+        if one.frame.dimension == 3 and not one.frame.flat:
+            out.append(
+                Warn("not-quasi-planar", f"Component {label} does not lie in a plane; it was marched in 3D.",
+                     tuple(float(x) for x in one.component.frame.origin))
+            )  # fmt: skip
+    return out
+
+
+def _stages(solved: Sequence[Solved]) -> Stages:
+    balls, courses = [], []
+    for one in solved:
+        for fragment in one.fragments:
+            places = one.frame.restore(fragment.centres)
+            courses.append(places)
+            tips = one.frame.restore(fragment.centres + fragment.nodes[:, 3:6])
+            for node, place, tip in zip(fragment.nodes, places, tips, strict=True):
+                balls.append(
+                    Ball(place, float(node[RADIUS]) * one.frame.scale, (tip - place) / one.frame.scale,
+                         int(node[N_ALL]), one.component.label)
+                )  # fmt: skip
+    return Stages(tuple(balls), tuple(courses))

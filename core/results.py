@@ -1,0 +1,190 @@
+"""What the core answers with: frozen dataclasses over numpy arrays.
+
+Coordinates are in the frame, the units and the dimension (2 or 3, ``d`` below)
+of the input. The field names are those of the HTTP contract.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Ball",
+    "Component",
+    "Crossing",
+    "Curve",
+    "Frame",
+    "Nyquist",
+    "Partition",
+    "Reconstruction",
+    "Sampling",
+    "Stages",
+    "Violation",
+    "Warn",
+]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Warn:
+    """Something that the caller should know, with a stable ``code`` and, when it has one, a place."""
+
+    code: str
+    message: str
+    location: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """Right-handed orthonormal frame [X_p Y_p Z_p O_p] of a component (§3.1).
+
+    Attributes
+    ----------
+    component : int
+    origin : (3,) array
+        O_p, the centre of gravity; z = 0 for 2D input.
+    axes : (3, 3) array
+        Rows X_p, Y_p, Z_p by decreasing variance; Z_p is the normal of the best plane.
+    planarity : float
+        1 - sigma_z / sigma_y, between 0 (no plane) and 1 (exactly planar).
+    """
+
+    component: int
+    origin: Floats
+    axes: Floats
+    planarity: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Component:
+    """A class S_i of extended neighbours (§3.3); ``bbox`` is (2, d): lower and upper corner."""
+
+    label: int
+    size: int
+    bbox: Floats
+    frame: Frame
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Partition:
+    """The partition of a point set into extended neighbours; ``labels`` is (N,), -1 for outliers."""
+
+    epsilon: float
+    epsilon_source: str
+    labels: Ints
+    components: tuple[Component, ...]
+    warnings: tuple[Warn, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of components."""
+        return len(self.components)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """A piecewise-linear curve; a closed one does not repeat its first vertex.
+
+    Attributes
+    ----------
+    vertices : (M, d) array
+    closed : bool
+    component : int
+    length : float
+        The closing edge of a closed curve included.
+    samples : int
+        Number of samples that this curve explains.
+    rms_residual : float
+        RMS distance of those samples from the curve.
+    """
+
+    vertices: Floats
+    closed: bool
+    component: int
+    length: float
+    samples: int
+    rms_residual: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Crossing:
+    """A place where two curves (or one, twice) cross; ``angle`` in degrees, 0 to 90."""
+
+    location: Floats
+    curves: tuple[int, int]
+    angle: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Violation:
+    """A place where the sample is not Nyquist-compliant (§1); ``gap_sigmas`` in units of sigma."""
+
+    location: Floats
+    gap_sigmas: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nyquist:
+    """Whether the noise is below half of the smallest detail, and by what margin (in sigma)."""
+
+    compliant: bool
+    margin_sigmas: float | None
+    violations: tuple[Violation, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sampling:
+    """What the data say of themselves.
+
+    ``sigma``: noise standard deviation normal to the curve; ``density``: samples per unit
+    length; ``epsilon``: the hop that made the partition.
+    """
+
+    sigma: float
+    density: float
+    epsilon: float
+    nyquist: Nyquist
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ball:
+    """A local ball B(p, r) of the march (§4.2.1) with its fitted direction v."""
+
+    centre: Floats
+    radius: float
+    direction: Floats
+    samples: int
+    component: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stages:
+    """Intermediate results of the march, for pictures and for learning.
+
+    ``balls`` in marching order; ``march`` the vertices before joining and refinement.
+    """
+
+    balls: tuple[Ball, ...] = ()
+    march: tuple[Floats, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reconstruction:
+    """Curves, and all that is known of how good they are."""
+
+    method: str
+    reason: str
+    curves: tuple[Curve, ...]
+    crossings: tuple[Crossing, ...]
+    outliers: Ints
+    sampling: Sampling
+    frames: tuple[Frame, ...]
+    warnings: tuple[Warn, ...] = ()
+    stages: Stages | None = None
+    labels: Ints = field(default_factory=lambda: np.zeros(0, np.int64), repr=False)

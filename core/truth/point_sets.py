@@ -1,0 +1,245 @@
+"""Noisy samples of the built-in curves, with the truth that they come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import InvalidParameter
+from core.truth.curves import ParametricCurve
+from core.truth.families import BUILT_IN, Family, Scans
+from core.truth.held_out import HELD_OUT
+from core.truth.intersections import crossings
+
+__all__ = ["PointSet", "TrueCurve", "describe", "family", "held_out_names", "names", "point_set"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+MAX_POINTS = 5_000_000
+MAX_SIGMA = 0.2
+MAX_OUTLIERS = 0.9
+_VERTICES = 2000  # of an exact polyline: the chords of a circle sag by 4e-7 of its diagonal
+_MARGIN = 0.1  # outliers come from the bounding box enlarged by this much of the diagonal on each side
+_FAMILIES = {one.name: one for one in (*BUILT_IN, *HELD_OUT)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrueCurve:
+    """An exact curve as a dense polyline; a closed one does not repeat its first vertex.
+
+    Attributes
+    ----------
+    vertices : (M, d) array
+        Points of the exact curve, equidistant in arc length; corners are vertices.
+    closed : bool
+    length : float
+        Exact arc length.
+    exact : ParametricCurve
+        The curve itself.
+    """
+
+    vertices: Floats
+    closed: bool
+    length: float
+    exact: ParametricCurve
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointSet:
+    """A noisy, unorganised sample and its truth.
+
+    Attributes
+    ----------
+    name : str
+    points : (N, d) array
+    curves : tuple of TrueCurve
+    sigma : float
+        Standard deviation of the noise in each coordinate, in units of the points.
+    curve_of : (N,) integer array
+        The curve that each point was drawn from, -1 for an outlier.
+    u : (N,) array
+        Fraction of arc length where it was drawn; NaN for an outlier.
+    crossings : (K, d) array
+        Where the exact curves cross themselves and each other.
+    smooth, non_crossing : bool
+        Whether the curves are free of corners, and of crossings.
+    """
+
+    name: str
+    points: Floats
+    curves: tuple[TrueCurve, ...]
+    sigma: float
+    curve_of: Ints
+    u: Floats
+    crossings: Floats
+    smooth: bool
+    non_crossing: bool
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of the built-in families."""
+    return tuple(one.name for one in BUILT_IN)
+
+
+def held_out_names() -> tuple[str, ...]:
+    """Return the names of the families kept for tests and benchmarks."""
+    return tuple(one.name for one in HELD_OUT)
+
+
+def family(name: str) -> Family:
+    """Return the family of that name.
+
+    Raises
+    ------
+    InvalidParameter
+        When there is none, at ``("name",)``.
+    """
+    if name not in _FAMILIES:
+        known = ", ".join(names())
+        raise InvalidParameter(f"There is no point set of that name; the names are {known}.", ("name",))
+    return _FAMILIES[name]
+
+
+def describe(name: str) -> str:
+    """Return one line on what the family shows."""
+    return family(name).description
+
+
+def point_set(
+    name: str, n: int | None = None, sigma: float | None = None, outliers: float = 0.0, seed: int = 0
+) -> PointSet:
+    """Draw a noisy sample of a family of exact curves.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`names` or :func:`held_out_names`.
+    n : int, optional
+        Number of samples, 1 to 5 000 000; the family's own number by default.
+    sigma : float, optional
+        Standard deviation of the isotropic Gaussian noise, as a fraction (0 to 0.2) of the diagonal
+        of the exact curves' bounding box.
+    outliers : float
+        Number of uniform outliers in the enlarged bounding box, as a fraction (0 to 0.9) of n.
+        They come on top of the n samples, at random places of the order.
+    seed : int
+        The same arguments give the same points.
+
+    Raises
+    ------
+    InvalidParameter
+        For an unknown name or a value out of range, with its place in ``loc``.
+
+    Examples
+    --------
+    >>> sample = point_set("circle", n=100, sigma=0.0)
+    >>> sample.points.shape, len(sample.curves), sample.curves[0].closed
+    ((100, 2), 1, True)
+    """
+    chosen = family(name)
+    n = chosen.size if n is None else n
+    fraction = chosen.sigma if sigma is None else sigma
+    _check(n, fraction, outliers, seed)
+    truth, places = _truth(name, seed if chosen.varies else 0)
+    low, high = _box(truth)
+    noise = float(fraction * np.linalg.norm(high - low))
+    rng = np.random.default_rng(seed)
+    curve_of, u, points = _samples(chosen, truth, n, noise, rng)
+    count = round(outliers * n)
+    if count:
+        margin = _MARGIN * np.linalg.norm(high - low)
+        stray = rng.uniform(low - margin, high + margin, size=(count, len(low)))
+        order = rng.permutation(n + count)
+        points = np.vstack((points, stray))[order]
+        curve_of = np.concatenate((curve_of, np.full(count, -1)))[order]
+        u = np.concatenate((u, np.full(count, np.nan)))[order]
+    return PointSet(name, points, truth, noise, curve_of, u, places, chosen.smooth, chosen.non_crossing)
+
+
+def _check(n: int, sigma: float, outliers: float, seed: int) -> None:
+    if not 1 <= n <= MAX_POINTS:
+        raise InvalidParameter(f"The number of samples must be between 1 and {MAX_POINTS}.", ("n",))
+    if not 0 <= sigma <= MAX_SIGMA:
+        raise InvalidParameter(f"sigma is a fraction of the diagonal, between 0 and {MAX_SIGMA}.", ("sigma",))
+    if not 0 <= outliers <= MAX_OUTLIERS:
+        raise InvalidParameter(f"outliers is a fraction of n, between 0 and {MAX_OUTLIERS}.", ("outliers",))
+    if seed < 0:
+        raise InvalidParameter("The seed must not be negative.", ("seed",))
+
+
+@lru_cache(maxsize=64)
+def _truth(name: str, seed: int) -> tuple[tuple[TrueCurve, ...], Floats]:
+    """Build the exact curves and their crossings."""
+    chosen = family(name)
+    exact = chosen.build(seed)
+    truth = tuple(TrueCurve(one.polyline(_VERTICES), one.closed, one.length, one) for one in exact)
+    for one in truth:
+        one.vertices.setflags(write=False)  # shared between point sets
+    dimension = truth[0].vertices.shape[1]
+    places = np.zeros((0, dimension)) if chosen.non_crossing else _exact_crossings(truth)
+    places.setflags(write=False)
+    return truth, places
+
+
+def _box(truth: tuple[TrueCurve, ...]) -> tuple[Floats, Floats]:
+    everything = np.concatenate([one.vertices for one in truth])
+    return everything.min(axis=0), everything.max(axis=0)
+
+
+def _exact_crossings(truth: tuple[TrueCurve, ...]) -> Floats:
+    """Find crossings on the polylines and polish them on the exact curves by Newton's method."""
+    found = crossings([(one.vertices, one.closed) for one in truth])
+    places = []
+    for (i, j), (p, q) in zip(found.curves, found.positions, strict=True):
+        a, b = truth[i].exact, truth[j].exact
+        u = a.parameter([_fraction(truth[i], p)])
+        v = b.parameter([_fraction(truth[j], q)])
+        for _ in range(4):
+            gap = (a.evaluate(u) - b.evaluate(v))[0]
+            jacobian = np.column_stack((a.derivative(u, 1)[0], -b.derivative(v, 1)[0]))
+            du, dv = np.linalg.solve(jacobian, -gap)
+            u, v = u + du, v + dv
+        places.append(a.evaluate(u)[0])
+    return np.array(places).reshape(-1, 2)
+
+
+def _fraction(curve: TrueCurve, position: float) -> float:
+    """Fraction of arc length at a position (edge number plus fraction) of an equidistant polyline."""
+    return position / (len(curve.vertices) - (not curve.closed))
+
+
+def _samples(
+    chosen: Family, truth: tuple[TrueCurve, ...], n: int, noise: float, rng: np.random.Generator
+) -> tuple[Ints, Floats, Floats]:
+    """Draw curve numbers, fractions of arc length, and noisy points."""
+    ends = np.cumsum([one.length for one in truth])
+    curve_of = np.searchsorted(ends, rng.uniform(0, ends[-1], n), side="right").astype(np.int64)
+    shift: Floats | float = 0.0
+    if chosen.scans is not None:
+        u, shift = _scanned(chosen.scans, n, noise, truth[0].vertices.shape[1], rng)
+    else:
+        u = rng.uniform(size=n)
+        if chosen.density is not None:
+            grid = np.linspace(0, 1, 4097)
+            mass = np.concatenate(([0.0], np.cumsum(chosen.density((grid[:-1] + grid[1:]) / 2))))
+            u = np.interp(u, mass / mass[-1], grid)
+    points = np.empty((n, truth[0].vertices.shape[1]))
+    for k, one in enumerate(truth):
+        here = curve_of == k
+        points[here] = one.exact.at(u[here])
+    return curve_of, u, points + shift + noise * rng.standard_normal(points.shape)
+
+
+def _scanned(
+    scans: Scans, n: int, noise: float, dimension: int, rng: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """Fractions of arc length as several scans see them, and the registration error of each point."""
+    first, last = np.array(scans.arcs).T
+    scan = rng.choice(len(first), size=n, p=(last - first) / (last - first).sum())
+    u = (first[scan] + (last - first)[scan] * rng.uniform(size=n)) % 1.0
+    misfit = scans.misfit * noise * rng.standard_normal((len(first), dimension))
+    return u, misfit[scan]
