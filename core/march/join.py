@@ -27,6 +27,7 @@ CONFIDENCE = 5.0  # added to ln N: how sure a corridor's emptiness must be
 EXCLUSIVE = 0.35  # share of a fragment's samples that no other fragment explains
 SHARPEST = np.cos(np.radians(80.0))
 MOST_BRIDGES = 400
+TOUCHING = 4.0  # in sigma: ends this close are one place, whatever their directions (a sharp tip)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +100,7 @@ def join_fragments(sample: Sample, fragments: list[Fragment]) -> list[Polyline]:
     list of Polyline
     """
     done = [_line(f) for f in fragments if f.closed]
-    opened = [f for f in fragments if not f.closed]
+    opened = _without_overlaps([f for f in fragments if not f.closed])
     if not opened:
         return done
     ends = [_end(k, f, last) for k, f in enumerate(opened) for last in (False, True)]
@@ -107,6 +108,38 @@ def join_fragments(sample: Sample, fragments: list[Fragment]) -> list[Polyline]:
     bridges = _bridges(few, thinning, len(sample.points), opened, ends)
     tips = {(e.fragment, e.last): _tip(few, thinning, e, opened[e.fragment]) for e in ends}
     return done + _assemble(opened, bridges, tips)
+
+
+def _without_overlaps(opened: list[Fragment]) -> list[Fragment]:
+    """Shorten ends that run along a stretch which another end, or their own start, covers too."""
+    out = list(opened)
+    for k in range(len(out)):
+        for last in (True, False):
+            while len(out[k].nodes) > 4 and _runs_along(out, k, last):
+                out[k] = Fragment(out[k].nodes[:-1] if last else out[k].nodes[1:], False)
+    return out
+
+
+def _runs_along(opened: list[Fragment], k: int, last: bool) -> bool:
+    """Whether the end node of fragment ``k`` lies on some stretch, seen from that stretch's own fits."""
+    own = opened[k].nodes if last else opened[k].nodes[::-1]
+    node = own[-1]
+    way = np.linalg.norm(np.diff(own[::-1, :3], axis=0), axis=1).cumsum()
+    far = own[::-1][1:][way > 2.5 * node[RADIUS]]
+    others = np.concatenate([far] + [f.nodes[1:-1] for j, f in enumerate(opened) if j != k])
+    if not len(others):
+        return False
+    offset = node[:3] - others[:, :3]
+    t = np.einsum("ij,ij->i", offset, others[:, 3:6])
+    bow = offset - t[:, None] * others[:, 3:6] - 0.5 * t[:, None] ** 2 * others[:, 6:9]
+    beside = np.linalg.norm(bow, axis=1) < 1.5 * others[:, SIGMA] + 0.05 * others[:, RADIUS]
+    aligned = np.abs(others[:, 3:6] @ node[3:6]) > 0.8
+    # The far end of the own course covers only what lies inward of it.
+    inward = np.ones(len(others), np.bool_)
+    if len(far):
+        first = len(far) - 1
+        inward[first] = (t[first] > 0.0) == last
+    return bool(np.any(beside & aligned & inward & (np.abs(t) < 0.6 * others[:, RADIUS])))
 
 
 def _tip(few: Floats, thinning: float, end: _End, fragment: Fragment) -> Floats:
@@ -120,7 +153,7 @@ def _tip(few: Floats, thinning: float, end: _End, fragment: Fragment) -> Floats:
     feet = project(few, [Polyline(course, False)], max(HALF_WIDTH * end.sigma, 1e-9))
     stations = np.sort(feet.station[(feet.curve == 0) & (feet.station > 0.0)])
     # Samples are followed as long as they come: a hole wider than iid samples leave is an end.
-    hole = (np.log(max(len(few), 2)) + 3.0) / (end.density * thinning)
+    hole = (np.log1p(end.density * thinning * end.radius) + 3.0) / (end.density * thinning)
     holes = np.flatnonzero(np.diff(stations, prepend=0.0) > hole)
     stations = stations[: holes[0]] if len(holes) else stations
     inner = reach[1:][reach[1:] < (stations[-1] if len(stations) else 0.0)]
@@ -176,6 +209,8 @@ def _bridge(
     if near or (min(cos_a, cos_b) > SHARPEST and facing < 0.5):
         turn = 0.0 if near else float(np.arccos(min(cos_a, 1.0)) ** 2 + np.arccos(min(cos_b, 1.0)) ** 2)
         options.append((turn, np.zeros((0, 3))))
+    elif gap < TOUCHING * sigma + 2.0 / density:
+        options.append((2.0, np.zeros((0, 3))))
     corner = _corner(a, b, sigma)
     if corner is not None:
         options.append((1.0, corner[None]))
