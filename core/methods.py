@@ -112,6 +112,8 @@ def _march_component(
         radius=(parameters.radius or 0.0) / frame.scale,
         step=(parameters.step or 0.0) / frame.scale,
         max_uses=parameters.max_uses or 0,
+        estimator=parameters.estimator,
+        seed=parameters.seed,
     )  # fmt: skip
     marched = solve_march(sample, pace)
     if not marched.curves:

@@ -67,7 +67,8 @@ class PcaParameters(CommonParameters):
     )
     step: Length | None = Field(
         None,
-        description="Distance d marched from ball to ball, in input units (§4.2.2). Null: half the local radius.",
+        description="Distance d marched from ball to ball, in input units (§4.2.2). "
+        "Null: half the local radius.",
     )
     max_uses: int | None = Field(
         None,
@@ -77,7 +78,8 @@ class PcaParameters(CommonParameters):
     )
     estimator: Literal["pca", "least_squares"] = Field(
         "pca",
-        description="Line fit in a ball: principal axes (§3.1), or least squares in a randomly rotated frame (§3.2).",
+        description="Line fit in the first ball: principal axes (§3.1), or least squares in frames "
+        "that start turned at random (§3.2).",
     )
     planar: bool | None = Field(
         None,

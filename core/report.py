@@ -156,7 +156,9 @@ def _nyquist(solved: Sequence[Solved]) -> Nyquist:
             margin = sigmas if margin is None else min(margin, sigmas)
             if sigmas < LEAST_GAP:
                 location = one.frame.restore(place[None])[0]
-                reason = f"two branches only {sigmas:.1f} sigma apart: the noise must stay below half of the smallest detail"
+                reason = (
+                    f"two branches only {sigmas:.1f} sigma apart: noise must stay below half of the detail"
+                )
                 violations.append(Violation(location, float(sigmas), reason))
     return Nyquist(not violations, margin, tuple(violations))
 

@@ -33,7 +33,7 @@ HASH = np.array([0x1E3779B97F4A7C15, 0x2545F4914F6CDD1D, 0x369DEA0F31A53F85], dt
 
 CANDIDATES = 20_000
 SEEDS = 240
-# A subsample with a larger share of repeated points than this is freed of them.
+# A point set with a larger share of repeated points than this is freed of them.
 REPEATED = 0.002
 
 # Balls whose points scatter more than this across their line, relative to along it, or whose
@@ -48,18 +48,16 @@ LEAST_SHARE = 0.25
 STRAY_SHARE = 0.02
 STRAY_DENSITY = 0.5
 
-# Expected number of gaps longer than the shortest hop considered: exp(-2), 0.14.
-SAFETY = 2.0
-# The band of an independent sample with normal noise holds together, all but its last 2 %, at
+# The band of an independent sample with normal noise comes together, but for its sparse flanks, at
 # FLANK sigma (rho sigma)^-DECAY: fitted to simulated bands with 5 < rho sigma < 500, in 2D and 3D.
-FLANK = {2: 2.0, 3: 2.75}
+FLANK = {2: 1.8, 3: 2.5}
 DECAY = {2: 0.304, 3: 0.24}
 
 # The epsilons considered: RATIO^0 … RATIO^(STEPS - 1) times the shortest, a range of 1 : 3.9.
 RATIO = 1.12
 STEPS = 13
-# An epsilon is a clear choice when no more than this many steps beyond it merge nothing: a factor of 1.4.
-PLATEAU = 3
+# An epsilon is a clear choice when it lies amid this many steps that merge nothing: a factor of 1.76.
+PLATEAU = 5
 # Components of six times the least size count as curves when plateaus are sought: clumps of outliers do not.
 CURVE = 6
 # The longest hop may cover this much more of the points than the one chosen.
@@ -113,22 +111,19 @@ def _estimate(points: Floats) -> float:
 
 
 def _distinct(points: Floats) -> Floats:
-    """Drop repeated points, unless a subsample has next to none."""
-    sample = points.take(spread_subsample(points, CANDIDATES), axis=0)
-    if len(_unique(sample)) >= (1 - REPEATED) * len(sample):
-        return points
-    return _unique(points)
-
-
-def _unique(points: Floats) -> Floats:
-    """Keep one of each set of equal points.
+    """Keep one of each set of equal points, unless next to none are equal.
 
     Sorted by a hash of their bits, equal points follow one another, whatever their order
     was; a collision of hashes can at worst keep a repetition.
     """
     bits = (points + 0.0).view(np.int64)  # -0 + 0 is 0
-    hashed = (bits * HASH[: points.shape[1]]).sum(axis=1)
-    rows = points.take(np.argsort(hashed ^ (hashed >> 29)), axis=0)
+    hashed = bits[:, 0] * HASH[0]
+    for axis in range(1, points.shape[1]):
+        hashed ^= (hashed >> 29) + bits[:, axis] * HASH[axis]
+    ordered = np.sort(hashed)
+    if np.count_nonzero(ordered[1:] == ordered[:-1]) <= REPEATED * len(points):
+        return points
+    rows = points.take(np.argsort(hashed), axis=0)
     return rows[np.concatenate(([True], (rows[1:] != rows[:-1]).any(axis=1)))]
 
 
@@ -187,17 +182,17 @@ def _shortest_hop(points: Floats, probes: _Probes, way: Normalisation) -> float:
 
 
 def _longest_gap(density: Floats, count: int, scatter: float) -> float:
-    """Predict the hop that all but exp(-SAFETY) gaps are shorter than.
+    """Predict the longest gap: the hop that a single gap is expected to exceed.
 
     Each probe stands for an equal share of the gaps. One longer than e has the probability
     exp(-rho e) in an independent sample; ``scatter``, the squared coefficient of variation of
     the gaps, turns this into exp(-(rho e - 1 + scatter) / scatter), from independent (1) to regular (0).
     """
-    low, high = 0.0, (math.log(count) + SAFETY + 1) * (1 + scatter) / float(density.min())
+    low, high = 0.0, (math.log(count) + 1) * (1 + scatter) / float(density.min())
     for _ in range(60):
         hop = (low + high) / 2
         exponents = np.maximum((density * hop - 1 + scatter) / scatter, 0.0)
-        if count * float(np.mean(np.exp(-exponents))) > math.exp(-SAFETY):
+        if count * float(np.mean(np.exp(-exponents))) > 1:
             low = hop
         else:
             high = hop
@@ -213,7 +208,10 @@ def _scatter_of_gaps(points: Floats, probes: _Probes, way: Normalisation) -> flo
         centres, probes.direction[spaced], probes.density[spaced], strict=True
     ):
         reach = 20 / density * way.scale
-        near = points[np.max(np.abs(points - centre), axis=1) <= reach]
+        inside = np.ones(len(points), dtype=bool)
+        for values, middle in zip(points.T, centre, strict=True):
+            inside &= np.abs(values - middle) <= reach
+        near = points[inside]
         gaps = np.diff(np.sort((near - centre) @ direction)) / reach
         gaps = gaps[gaps > 1e-9]
         if len(gaps) >= 8:
@@ -243,7 +241,7 @@ def _clearest(points: Floats, shortest: float) -> float:
         end = step
         while end < top and ladder.curves(end + 1) == ladder.curves(step):
             end += 1
-        if end - step >= PLATEAU - 1:
+        if end - step + 1 >= PLATEAU:
             return ladder.epsilon((step + end) / 2)
         step = end + 1
     return ladder.epsilon((step + top) / 2)

@@ -112,14 +112,16 @@ def _moments(points, starts, unit):  # type: ignore[no-untyped-def]
         size = starts[c + 1] - starts[c]
         for i in range(starts[c], starts[c + 1]):
             for a in range(d):
-                mean[c, a] += (points[i, a] * unit - anchor[c, a]) / extent[c] / size
+                mean[c, a] += (points[i, a] * unit - anchor[c, a]) / extent[c]
+        mean[c] /= size
         for i in range(starts[c], starts[c + 1]):
             for a in range(d):
                 offset[a] = (points[i, a] * unit - anchor[c, a]) / extent[c] - mean[c, a]
                 for b in range(a + 1):
-                    covariance[c, a, b] += offset[a] * offset[b] / size
+                    covariance[c, a, b] += offset[a] * offset[b]
         for a in range(d):
-            for b in range(a):
+            for b in range(a + 1):
+                covariance[c, a, b] /= size
                 covariance[c, b, a] = covariance[c, a, b]
     return anchor, extent, mean, covariance
 
@@ -139,8 +141,10 @@ def _moments_along(points, starts, unit, anchor, extent, mean, axes):  # type: i
                 along = 0.0
                 for a in range(d):
                     along += axes[c, k, a] * offset[a]
-                second[c, k] += along * along / size
-                third[c, k] += along * along * along / size
+                second[c, k] += along * along
+                third[c, k] += along * along * along
+        second[c] /= size
+        third[c] /= size
     return second, third
 
 

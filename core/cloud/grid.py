@@ -1,12 +1,12 @@
 """A uniform grid of buckets over a point set: ball and strip queries in linear time.
 
-The points are kept sorted by cell, so that a query reads contiguous memory.
-Kernels take the grid's arrays one by one, since compiled code knows no dataclasses.
+The points are kept sorted by cell, so that a query reads contiguous memory. The grid is a
+named tuple, which compiled kernels take as it is.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -18,8 +18,7 @@ _CELLS_PER_POINT = 4
 _LEAST_CELLS = 4096
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Grid:
+class Grid(NamedTuple):
     """Points sorted by cell.
 
     Attributes

@@ -7,16 +7,18 @@ long as they look like curves themselves.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from core.cloud.balls import Balls, optimal_balls
 from core.cloud.grid import Grid, build_grid
+from core.cloud.line import fit_line
 from core.cloud.sampling import Scale, spread_subsample
-from core.march.strip import HALF_WIDTH, N_ALL, SIGMA, fit_strip, own_strip, passed_share
+from core.march.strip import HALF_WIDTH, N_ALL, SIGMA, Books, fit_strip, own_strip, passed_share
 from core.march.walk import DENSITY, MET, NODE_SIZE, RADIUS, march
+from core.refine.polyline import Polyline
 
 __all__ = ["Fragment", "Pace", "march_all"]
 
@@ -39,6 +41,8 @@ class Pace:
     radius: float = 0.0
     step: float = 0.0
     max_uses: int = 0
+    estimator: Literal["pca", "least_squares"] = "pca"
+    seed: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,33 +66,14 @@ class Fragment:
         return self.nodes[:, :3]
 
     @property
+    def polyline(self) -> Polyline:
+        """The march as a PL curve."""
+        return Polyline(self.centres, self.closed)
+
+    @property
     def length(self) -> float:
         """Length of the marched polyline, without a closing edge."""
         return float(np.linalg.norm(np.diff(self.centres, axis=0), axis=1).sum())
-
-
-class _Books:
-    """Which march passed each sample, where, and how often: the march's only state."""
-
-    def __init__(self, count: int) -> None:
-        self.owner = np.full(count, -1, np.int64)
-        self.node = np.zeros(count, np.int64)
-        self.way = np.zeros((count, 3), np.float32)
-        self.uses = np.zeros(count, np.int64)
-        self.found = np.empty(count, np.int64)
-        self.local = np.empty((count, 4))
-
-    @property
-    def arrays(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32], NDArray[np.int64]]:
-        return self.owner, self.node, self.way, self.uses
-
-    @property
-    def buffers(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        return self.found, self.local
-
-
-def _arrays(grid: Grid) -> tuple[Any, ...]:
-    return grid.points, grid.starts, grid.origin, grid.cell, grid.shape
 
 
 def march_all(points: NDArray[np.float64], pace: Pace) -> tuple[list[Fragment], NDArray[np.bool_]]:
@@ -107,7 +92,7 @@ def march_all(points: NDArray[np.float64], pace: Pace) -> tuple[list[Fragment], 
         Which samples some fragment has passed.
     """
     grid = build_grid(points, max(pace.scale.radius / 3.0, HALF_WIDTH * pace.scale.sigma))
-    books = _Books(len(points))
+    books = Books.empty(len(points))
     fragments: list[Fragment] = []
     _march_seeds(grid, books, pace, pace.scale.balls, fragments)
     for _ in range(ROUNDS):
@@ -123,7 +108,7 @@ def march_all(points: NDArray[np.float64], pace: Pace) -> tuple[list[Fragment], 
     return fragments, passed
 
 
-def _left_over(grid: Grid, books: _Books, pace: Pace) -> Balls | None:
+def _left_over(grid: Grid, books: Books, pace: Pace) -> Balls | None:
     """Balls over the samples that no march has passed, where they are as dense as a curve is."""
     rest = grid.points[books.owner < 0]
     if len(rest) < 10:
@@ -136,7 +121,7 @@ def _left_over(grid: Grid, books: _Books, pace: Pace) -> Balls | None:
     return balls
 
 
-def _march_seeds(grid: Grid, books: _Books, pace: Pace, balls: Balls, fragments: list[Fragment]) -> None:
+def _march_seeds(grid: Grid, books: Books, pace: Pace, balls: Balls, fragments: list[Fragment]) -> None:
     """March from the clearest seeds first, until none lies on a stretch not yet passed."""
     found = np.flatnonzero(balls.found)
     sigma = pace.scale.sigma
@@ -151,23 +136,21 @@ def _march_seeds(grid: Grid, books: _Books, pace: Pace, balls: Balls, fragments:
             fragments.append(fragment)
 
 
-def _start(
-    grid: Grid, books: _Books, pace: Pace, balls: Balls, s: int, me: int
-) -> NDArray[np.float64] | None:
+def _start(grid: Grid, books: Books, pace: Pace, balls: Balls, s: int, me: int) -> NDArray[np.float64] | None:
     """The first node: a ball's line, turned into a strip's quadratic; None where passed before."""
     sigma = max(pace.scale.sigma, 0.25 * float(balls.sigma[s]))
     radius = pace.radius or max(float(balls.radius[s]), 3.0 * sigma)
     node = np.zeros(NODE_SIZE)
-    at = np.concatenate([balls.centre[s], balls.direction[s], np.zeros(3)])
+    at = np.concatenate([balls.centre[s], _direction(grid, pace, balls, s), np.zeros(3)])
     limits = np.array([me, 0, pace.max_uses, 1 if pace.flat else 2])
     # A short strip tells most passed stretches at a fraction of the cost.
-    if passed_share(*_arrays(grid), books.owner, at, 0.2 * radius, sigma, *books.buffers) > 0.8:
+    if passed_share(grid, books, at, 0.2 * radius, sigma) > 0.8:
         return None
     for widen in (2.0, 1.3, 1.0):
         half = max(HALF_WIDTH * sigma * widen, 0.05 * radius)
-        if passed_share(*_arrays(grid), books.owner, at, radius, half, *books.buffers) > MOST_PASSED:
+        if passed_share(grid, books, at, radius, half) > MOST_PASSED:
             return None
-        if not _fit(grid, books, limits, at, radius, half, node):
+        if not fit_strip(grid, books, limits, at, radius, half, node):
             return None
         at = node[:9].copy()
     node[RADIUS] = radius
@@ -178,24 +161,23 @@ def _start(
     return node
 
 
-def _fit(
-    grid: Grid,
-    books: _Books,
-    limits: NDArray[np.int64],
-    at: NDArray[np.float64],
-    r: float,
-    half: float,
-    out: NDArray[np.float64],
-) -> bool:
-    return bool(fit_strip(*_arrays(grid), *books.arrays, limits, at, r, half, *books.buffers, out))
+def _direction(grid: Grid, pace: Pace, balls: Balls, s: int) -> NDArray[np.float64]:
+    """Direction of the first ball's line, pointing away from the centre of gravity.
+
+    An eigenvector's sign is arbitrary; this one turns with the point set.
+    """
+    direction = balls.direction[s]
+    if pace.estimator == "least_squares":
+        offset = grid.points - balls.centre[s]
+        inside = np.einsum("ij,ij->i", offset, offset) <= balls.radius[s] ** 2
+        direction = fit_line(grid.points[inside], "least_squares", np.random.default_rng(pace.seed))[1]
+    return np.asarray(-direction if direction @ balls.centre[s] < 0.0 else direction)
 
 
-def _both_ways(grid: Grid, books: _Books, pace: Pace, start: NDArray[np.float64], me: int) -> Fragment | None:
+def _both_ways(grid: Grid, books: Books, pace: Pace, start: NDArray[np.float64], me: int) -> Fragment | None:
     """March forward, and backward unless the curve closed."""
-    own_strip(
-        *_arrays(grid), *books.arrays, me, 0, start,
-        0.5 * start[RADIUS], start[RADIUS], max(HALF_WIDTH * start[SIGMA], 0.02 * start[RADIUS]), *books.buffers,
-    )  # fmt: skip
+    radius, half = start[RADIUS], max(HALF_WIDTH * start[SIGMA], 0.02 * start[RADIUS])
+    own_strip(grid, books, me, 0, start, 0.5 * radius, radius, half)
     ahead, status, other, other_node = _one_way(grid, books, pace, start, me, 0)
     closed = status == MET and other == me and other_node <= 2 and len(ahead) >= 5
     behind = ahead[:0]
@@ -212,7 +194,7 @@ def _both_ways(grid: Grid, books: _Books, pace: Pace, start: NDArray[np.float64]
 
 
 def _one_way(
-    grid: Grid, books: _Books, pace: Pace, start: NDArray[np.float64], me: int, first: int
+    grid: Grid, books: Books, pace: Pace, start: NDArray[np.float64], me: int, first: int
 ) -> tuple[NDArray[np.float64], int, int, int]:
     scale = pace.scale
     nodes = np.empty((MOST_NODES, NODE_SIZE))
@@ -221,7 +203,5 @@ def _one_way(
     lengths = np.array(
         [scale.sigma, scale.density, pace.radius, pace.step, 0.25 * pace.extent, empty, pace.radius_scale]
     )
-    count, status, other, other_node = march(
-        *_arrays(grid), *books.arrays, limits, lengths, start, first, *books.buffers, nodes
-    )
+    count, status, other, other_node = march(grid, books, limits, lengths, start, first, nodes)
     return nodes[:count].copy(), int(status), int(other), int(other_node)

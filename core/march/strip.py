@@ -8,12 +8,15 @@ through crossings.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from core.cloud.grid import cell_range
 
-__all__ = ["FIT_SIZE", "HALF_WIDTH", "fit_strip", "gather_strip", "own_strip", "passed_share"]
+__all__ = ["FIT_SIZE", "HALF_WIDTH", "Books", "fit_strip", "gather_strip", "own_strip", "passed_share"]
 
 HALF_WIDTH = 3.0  # half-width of the strip, in sigma
 LEAST_SAMPLES = 6
@@ -27,14 +30,48 @@ FIT_SIZE = 16
 N_ALL, N_AHEAD, N_OWNED, SIGMA, OWNER, OWNER_NODE, OFFSET = 9, 10, 11, 12, 13, 14, 15
 
 
+class Books(NamedTuple):
+    """Which march passed each sample, where, in which direction and how often: the march's only state.
+
+    Attributes
+    ----------
+    owner, node : (N,) array of int
+        Fragment that passed the sample last (-1: none), and its node there.
+    way : (N, 3) array
+        Direction of that pass.
+    uses : (N,) array of int
+        In how many balls the sample has been.
+    found : (N,) array of int, local : (N, 4) array
+        Room for a strip's samples: indices, and places along it with offsets from its axis.
+    """
+
+    owner: NDArray[np.int64]
+    node: NDArray[np.int64]
+    way: NDArray[np.float32]
+    uses: NDArray[np.int64]
+    found: NDArray[np.int64]
+    local: NDArray[np.float64]
+
+    @classmethod
+    def empty(cls, count: int) -> Books:
+        """Open the books on ``count`` samples that nothing has passed."""
+        return cls(
+            np.full(count, -1, np.int64),
+            np.zeros(count, np.int64),
+            np.zeros((count, 3), np.float32),
+            np.zeros(count, np.int64),
+            np.empty(count, np.int64),
+            np.empty((count, 4)),
+        )
+
+
 @njit(cache=True)
-def gather_strip(points, starts, origin, cell, shape, at, r, half, found, local):  # type: ignore[no-untyped-def]
+def gather_strip(grid, at, r, half, found, local):  # type: ignore[no-untyped-def]
     """Collect the samples of the bent strip around ``at``.
 
     Parameters
     ----------
-    points, starts, origin, cell, shape
-        The grid.
+    grid : Grid
     at : (>= 9,) array
         Centre, unit direction, curvature vector.
     r, half : float
@@ -49,6 +86,7 @@ def gather_strip(points, starts, origin, cell, shape, at, r, half, found, local)
     int
         Number of samples.
     """
+    points, starts, origin, cell, shape = grid.points, grid.starts, grid.origin, grid.cell, grid.shape
     cx, cy, cz, vx, vy, vz, kx, ky, kz = at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8]
     bend = 0.5 * r * r
     hx = r * abs(vx) + half + bend * abs(kx)
@@ -78,8 +116,9 @@ def gather_strip(points, starts, origin, cell, shape, at, r, half, found, local)
 
 
 @njit(cache=True)
-def _count_ahead(count, found, local, owner, owner_node, owner_way, me, trail, at, out):  # type: ignore[no-untyped-def]
+def _count_ahead(count, books, me, trail, at, out):  # type: ignore[no-untyped-def]
     """Count the samples ahead, and those of them that a march in this direction has passed before."""
+    owner, owner_node, owner_way, found, local = books.owner, books.node, books.way, books.found, books.local
     ahead, owned = 0, 0
     nearest = np.inf
     out[OWNER], out[OWNER_NODE] = -1.0, 0.0
@@ -102,13 +141,13 @@ def _count_ahead(count, found, local, owner, owner_node, owner_way, me, trail, a
 
 
 @njit(cache=True)
-def _drop_used_up(count, found, local, uses, most_uses):  # type: ignore[no-untyped-def]
+def _drop_used_up(count, books, most_uses):  # type: ignore[no-untyped-def]
     """Leave out samples that have been in as many balls as allowed (§4.2.2)."""
     kept = 0
     for j in range(count):
-        if uses[found[j]] < most_uses:
-            found[kept] = found[j]
-            local[kept] = local[j]
+        if books.uses[books.found[j]] < most_uses:
+            books.found[kept] = books.found[j]
+            books.local[kept] = books.local[j]
             kept += 1
     return kept
 
@@ -138,37 +177,18 @@ def _moments(count, local, r, half, m, target):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def fit_strip(
-    points,
-    starts,
-    origin,
-    cell,
-    shape,
-    owner,
-    owner_node,
-    owner_way,
-    uses,
-    limits,
-    at,
-    r,
-    half,
-    found,
-    local,
-    out,
-):  # type: ignore[no-untyped-def]
+def fit_strip(grid, books, limits, at, r, half, out):  # type: ignore[no-untyped-def]
     """Fit centre, direction and curvature to the samples of the strip around ``at``.
 
     Parameters
     ----------
-    points, starts, origin, cell, shape, at, r, half, found, local
-        As for :func:`gather_strip`.
-    owner, owner_node, owner_way
-        Which fragment passed each sample last, at which node, in which direction.
-    uses : (N,) array of int
-        In how many balls each sample has been.
+    grid : Grid
+    books : Books
     limits : (4,) array of int
         Own fragment's number, first node that counts as trail, largest number of uses
         (0: no limit), number of normal directions (1 flat, 2 in space).
+    at, r, half
+        As for :func:`gather_strip`.
     out : (>= FIT_SIZE,) array
         Receives the fit.
 
@@ -177,15 +197,15 @@ def fit_strip(
     bool
         Whether the samples suffice for a fit.
     """
-    count = gather_strip(points, starts, origin, cell, shape, at, r, half, found, local)
+    count = gather_strip(grid, at, r, half, books.found, books.local)
     if limits[2] > 0:
-        count = _drop_used_up(count, found, local, uses, limits[2])
-    _count_ahead(count, found, local, owner, owner_node, owner_way, limits[0], limits[1], at, out)
+        count = _drop_used_up(count, books, limits[2])
+    _count_ahead(count, books, limits[0], limits[1], at, out)
     if count < LEAST_SAMPLES:
         return False
     s = np.empty(5)
     target = np.empty((3, 3))
-    square = _moments(count, local, r, half, s, target)
+    square = _moments(count, books.local, r, half, s, target)
     # Normal equations of o = a + b u + g u^2, solved by cofactors (symmetric 3 x 3).
     m00, m01, m02 = s[2] * s[4] - s[3] * s[3], s[2] * s[3] - s[1] * s[4], s[1] * s[3] - s[2] * s[2]
     m11, m12, m22 = s[0] * s[4] - s[2] * s[2], s[1] * s[2] - s[0] * s[3], s[0] * s[2] - s[1] * s[1]
@@ -218,25 +238,7 @@ def fit_strip(
 
 
 @njit(cache=True)
-def own_strip(
-    points,
-    starts,
-    origin,
-    cell,
-    shape,
-    owner,
-    owner_node,
-    owner_way,
-    uses,
-    me,
-    node,
-    at,
-    reach,
-    r,
-    half,
-    found,
-    local,
-):  # type: ignore[no-untyped-def]
+def own_strip(grid, books, me, node, at, reach, r, half):  # type: ignore[no-untyped-def]
     """Mark the samples within ``reach`` along the strip as passed, and count a use of all of it.
 
     Returns
@@ -244,16 +246,17 @@ def own_strip(
     float
         Mean number of uses of the strip's samples.
     """
-    count = gather_strip(points, starts, origin, cell, shape, at, r, half, found, local)
+    owner_way = books.way
+    count = gather_strip(grid, at, r, half, books.found, books.local)
     total = 0
     for j in range(count):
-        i = found[j]
-        uses[i] += 1
-        total += uses[i]
-        t = local[j, 0]
+        i = books.found[j]
+        books.uses[i] += 1
+        total += books.uses[i]
+        t = books.local[j, 0]
         if abs(t) <= reach:
-            owner[i] = me
-            owner_node[i] = node
+            books.owner[i] = me
+            books.node[i] = node
             wx, wy, wz = at[3] + t * at[6], at[4] + t * at[7], at[5] + t * at[8]
             norm = 1.0 / np.sqrt(wx * wx + wy * wy + wz * wz)
             owner_way[i, 0], owner_way[i, 1], owner_way[i, 2] = wx * norm, wy * norm, wz * norm
@@ -261,11 +264,11 @@ def own_strip(
 
 
 @njit(cache=True)
-def passed_share(points, starts, origin, cell, shape, owner, at, r, half, found, local):  # type: ignore[no-untyped-def]
+def passed_share(grid, books, at, r, half):  # type: ignore[no-untyped-def]
     """Share of the strip's samples that any march has passed; 1 for an empty strip."""
-    count = gather_strip(points, starts, origin, cell, shape, at, r, half, found, local)
+    count = gather_strip(grid, at, r, half, books.found, books.local)
     passed = 0
     for j in range(count):
-        if owner[found[j]] >= 0:
+        if books.owner[books.found[j]] >= 0:
             passed += 1
     return passed / count if count > 0 else 1.0

@@ -91,24 +91,7 @@ def _limit_curvature(fit, r):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _advance(
-    points,
-    starts,
-    origin,
-    cell,
-    shape,
-    owner,
-    owner_node,
-    owner_way,
-    uses,
-    limits,
-    lengths,
-    node,
-    bend,
-    fit,
-    found,
-    local,
-):  # type: ignore[no-untyped-def]
+def _advance(grid, books, limits, lengths, node, bend, fit):  # type: ignore[no-untyped-def]
     """One step with its retries; returns how it went: ENDED, MET, or 2 for a new fit in ``fit``."""
     at = np.empty(9)
     sigma, density = node[SIGMA], node[DENSITY]
@@ -121,24 +104,7 @@ def _advance(
         half = max(HALF_WIDTH * sigma, 0.02 * r)
         d = lengths[3] if lengths[3] > 0.0 else STEP_FACTOR * r
         _predict(node, d, at)
-        good = fit_strip(
-            points,
-            starts,
-            origin,
-            cell,
-            shape,
-            owner,
-            owner_node,
-            owner_way,
-            uses,
-            limits,
-            at,
-            r,
-            half,
-            found,
-            local,
-            fit,
-        )
+        good = fit_strip(grid, books, limits, at, r, half, fit)
         if fit[N_AHEAD] > 0 and fit[N_OWNED] > 0.7 * fit[N_AHEAD] and fit[N_AHEAD] >= 3:
             return MET
         if not good or fit[N_AHEAD] < 2 or is_empty(fit[N_AHEAD], density * r, lengths[5]):
@@ -146,24 +112,7 @@ def _advance(
         drift = fit[OFFSET]
         _limit_curvature(fit, r)
         at[:9] = fit[:9]
-        if not fit_strip(
-            points,
-            starts,
-            origin,
-            cell,
-            shape,
-            owner,
-            owner_node,
-            owner_way,
-            uses,
-            limits,
-            at,
-            r,
-            half,
-            found,
-            local,
-            fit,
-        ):
+        if not fit_strip(grid, books, limits, at, r, half, fit):
             continue
         _limit_curvature(fit, r)
         turn = fit[3] * node[3] + fit[4] * node[4] + fit[5] * node[5]
@@ -181,29 +130,14 @@ def _advance(
 
 
 @njit(cache=True)
-def march(
-    points,
-    starts,
-    origin,
-    cell,
-    shape,
-    owner,
-    owner_node,
-    owner_way,
-    uses,
-    limits,
-    lengths,
-    start,
-    first,
-    found,
-    local,
-    nodes,
-):  # type: ignore[no-untyped-def]
+def march(grid, books, limits, lengths, start, first, nodes):  # type: ignore[no-untyped-def]
     """Walk from ``start`` until nothing is ahead or a passed stretch is met.
 
     Parameters
     ----------
-    points, starts, origin, cell, shape, owner, owner_node, owner_way, uses, limits
+    grid : Grid
+    books : Books
+    limits : (4,) array of int
         As for :func:`core.march.strip.fit_strip`.
     lengths : (7,) array
         Typical sigma, typical density, given radius (0: local), given step (0: local),
@@ -232,24 +166,7 @@ def march(
     for count in range(nodes.shape[0]):
         # Nodes within about two radii behind are the trail, not a stretch met again.
         own[1] = first + count - 5
-        status = _advance(
-            points,
-            starts,
-            origin,
-            cell,
-            shape,
-            owner,
-            owner_node,
-            owner_way,
-            uses,
-            own,
-            lengths,
-            node,
-            bend,
-            fit,
-            found,
-            local,
-        )
+        status = _advance(grid, books, own, lengths, node, bend, fit)
         if status != 2:
             return count, status, int(fit[OWNER]), int(fit[OWNER_NODE])
         r = fit[RADIUS]
@@ -260,25 +177,7 @@ def march(
         fit[SIGMA] = min(max(0.8 * node[SIGMA] + 0.2 * fit[SIGMA], 0.4 * lengths[0]), 2.5 * lengths[0])
         nodes[count, :] = fit
         half = max(HALF_WIDTH * fit[SIGMA], 0.02 * r)
-        worn = own_strip(
-            points,
-            starts,
-            origin,
-            cell,
-            shape,
-            owner,
-            owner_node,
-            owner_way,
-            uses,
-            own[0],
-            first + count + 1,
-            fit,
-            STEP_FACTOR * r,
-            r,
-            half,
-            found,
-            local,
-        )
+        worn = own_strip(grid, books, own[0], first + count + 1, fit, STEP_FACTOR * r, r, half)
         if worn > MOST_USES:
             return count + 1, ENDED, -1, 0
         node[:] = fit

@@ -42,7 +42,7 @@ class Polyline:
         """Total length, the closing edge included."""
         return float(self.stations[-1])
 
-    def at(self, s: Floats) -> Floats:
+    def at(self, s: NDArray[np.floating]) -> Floats:
         """Points at the arc lengths ``s`` (K,), as (K, 3); clamped to the ends, periodic when closed."""
         stations, ring = self.stations, self.ring
         s = np.mod(s, stations[-1]) if self.closed and stations[-1] > 0 else s
@@ -53,7 +53,7 @@ class Polyline:
         length = self.length
         pieces = max(int(np.ceil(length / spacing)) if spacing > 0 else least, least)
         count = pieces if self.closed else pieces + 1
-        return Polyline(self.at(np.arange(count) * (length / pieces)), self.closed)
+        return Polyline(self.at(np.arange(count) * np.float64(length / pieces)), self.closed)
 
     def segments(self) -> tuple[Floats, Floats]:
         """Start and end points of the segments, each (S, 3)."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import erf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,11 +167,11 @@ def _refit(
 
 
 def _bin_count(span: float, sigma: float, samples: int) -> int:
-    """Bins a fifth of the least bandwidth wide, at least 100, never many more than samples."""
-    wished = 5.0 * span / max(LEAST_BANDWIDTH * sigma, 1e-6 * span)
+    """Bins a twelfth of the least bandwidth wide, at least 100, never many more than samples."""
+    wished = 12.0 * span / max(LEAST_BANDWIDTH * sigma, 1e-6 * span)
     count = min(max(wished, 100.0), 4000.0, max(samples / 2.0, 8.0))
     # Multiples of powers of two merge well.
-    unit = 2 ** max(int(np.log2(count)) - 4, 0)
+    unit = 1 << max(int(np.log2(count)) - 4, 0)
     return int(max(count // unit, 1)) * unit
 
 
@@ -232,7 +233,7 @@ def _evaluate(
     )
     count = _vertex_count(bins, fitted, noise, h.inside, spacing)
     pieces = count if bins.closed else count - 1
-    at = np.arange(count) * (bins.length / pieces)
+    at = np.linspace(0.0, bins.length, pieces + 1)[:count]
     fit = local_fit(bins, at, h)
     vertices = fit.value + 0.5 * noise**2 * fit.second
     error = noise * np.sqrt(np.maximum(fit.leverage, 0.0))
@@ -253,8 +254,6 @@ def _truncation(cut: float, normals: int) -> float:
     """Standard deviation, per direction, of unit Gaussian noise cut at ``cut``."""
     if normals == 1:
         density = np.exp(-0.5 * cut * cut) / np.sqrt(2.0 * np.pi)
-        from math import erf
-
         return float(np.sqrt(1.0 - 2.0 * cut * density / erf(cut / np.sqrt(2.0))))
     tail = np.exp(-0.5 * cut * cut)
     return float(np.sqrt(1.0 - 0.5 * cut * cut * tail / (1.0 - tail)))

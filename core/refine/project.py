@@ -74,7 +74,7 @@ def project(
     starts, members = _cover(a, b, low, extent, cell, shape, reach, rivals)
     return Feet(
         *_nearest(
-            points, a, b, np.concatenate(curves), np.concatenate(stations),
+            points, a, b, np.linalg.norm(b - a, axis=1), np.concatenate(curves), np.concatenate(stations),
             low, extent, cell, shape, starts, members, reach,
         )
     )  # fmt: skip
@@ -169,7 +169,7 @@ def _boxes(a, b, low, extent, cell, shape, reach):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True)
-def _nearest(points, a, b, curves, stations, low, extent, cell, shape, starts, members, reach):  # type: ignore[no-untyped-def]
+def _nearest(points, a, b, lengths, curves, stations, low, extent, cell, shape, starts, members, reach):  # type: ignore[no-untyped-def]
     """Nearest segment of every point, and the distance to the nearest other curve."""
     n = points.shape[0]
     curve = np.full(n, -1, np.int64)
@@ -193,7 +193,7 @@ def _nearest(points, a, b, curves, stations, low, extent, cell, shape, starts, m
                     second = best
                 best = d2
                 curve[i] = curves[s]
-                station[i] = stations[s] + t * np.sqrt((b[s, 0] - a[s, 0]) ** 2 + (b[s, 1] - a[s, 1]) ** 2 + (b[s, 2] - a[s, 2]) ** 2)
+                station[i] = stations[s] + t * lengths[s]
             elif d2 < second and curves[s] != curve[i]:
                 second = d2
         if curve[i] >= 0:

@@ -16,8 +16,9 @@ __all__ = ["Bandwidths", "Bins", "Fit", "bin_samples", "local_fit", "select_band
 
 
 INSIDE, AT_ENDS = 4, 2  # orders
-BINS_A_BANDWIDTH = 10.0
-JUDGED_BINS = 400
+BINS_A_BANDWIDTH = 16.0  # wider bins would add their own share to the curvature bias
+BINS_TO_JUDGE = 8.0
+JUDGED_BINS = 200
 PENALTY = 3.0  # Mallows has 2; the noise of C_p itself then picks too narrow a band too often
 
 
@@ -65,7 +66,10 @@ class Fit:
 def bin_samples(
     points: NDArray[np.float64], station: NDArray[np.float64], length: float, count: int, closed: bool
 ) -> Bins:
-    """Sum samples into ``count`` equal bins of arc length.
+    """Share samples among ``count`` equal bins of arc length.
+
+    A sample counts for the two bins whose middles enclose it, in proportion: the sums
+    are continuous in the samples' places, and rounding cannot move a sample's whole weight.
 
     Parameters
     ----------
@@ -73,13 +77,30 @@ def bin_samples(
     station : (N,) array
         Arc length of each sample's foot, in [0, length].
     """
-    index = np.minimum((station * (count / length)).astype(np.int64), count - 1)
-    n = np.bincount(index, minlength=count).astype(np.float64)
-    full = np.maximum(n, 1.0)
-    place = np.bincount(index, station, count) / full
+    n, place, mean = _share_out(points, station, length, count, closed)
     middle = (np.arange(count) + 0.5) * (length / count)
-    mean = np.stack([np.bincount(index, points[:, k], count) / full for k in range(3)], axis=1)
-    return Bins(np.where(n > 0, place, middle), n, mean, length, closed)
+    full = np.where(n > 0, n, 1.0)
+    return Bins(np.where(n > 0, middle + place / full, middle), n, mean / full[:, None], length, closed)
+
+
+@njit(cache=True)
+def _share_out(points, station, length, count, closed):  # type: ignore[no-untyped-def]
+    """Weights, first moments about the bins' middles, and weighted sums of positions."""
+    n, place, total = np.zeros(count), np.zeros(count), np.zeros((count, 3))
+    width = length / count
+    for i in range(station.shape[0]):
+        u = station[i] / width - 0.5
+        b = int(np.floor(u))
+        for side in range(2):
+            share = u - b if side == 1 else 1.0 - (u - b)
+            c = b + side
+            c = c % count if closed else min(max(c, 0), count - 1)
+            offset = (u - b - side) * width if closed else (u - c) * width
+            n[c] += share
+            place[c] += share * offset
+            for k in range(3):
+                total[c, k] += share * points[i, k]
+    return n, place, total
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,15 +126,21 @@ def local_fit(bins: Bins, at: NDArray[np.float64], bandwidths: Bandwidths) -> Fi
     )
 
 
-def _one_order(bins: Bins, at: NDArray[np.float64], bandwidth: float, order: int) -> Fit:
-    coarse = _merged(bins, bandwidth)
-    return Fit(*_fit_all(coarse.station, coarse.count, coarse.mean, coarse.length, coarse.closed, at, bandwidth, order))
+def _one_order(
+    bins: Bins, at: NDArray[np.float64], bandwidth: float, order: int, detail: float = BINS_A_BANDWIDTH
+) -> Fit:
+    coarse = _merged(bins, bandwidth, detail)
+    return Fit(
+        *_fit_all(
+            coarse.station, coarse.count, coarse.mean, coarse.length, coarse.closed, at, bandwidth, order
+        )
+    )
 
 
-def _merged(bins: Bins, bandwidth: float) -> Bins:
+def _merged(bins: Bins, bandwidth: float, detail: float) -> Bins:
     """Bins merged as far as the bandwidth allows: every window then costs the same."""
     size = len(bins.count)
-    factor = int(bandwidth * size / (BINS_A_BANDWIDTH * bins.length))
+    factor = int(bandwidth * size / (detail * bins.length))
     while factor > 1 and size % factor:
         factor -= 1
     if factor <= 1:
@@ -141,7 +168,9 @@ def select_bandwidths(
         Number of normal directions.
     """
     inside = _least_cp(bins, candidates, variance * normals, INSIDE)
-    return Bandwidths(inside, inside if bins.closed else _least_cp(bins, candidates, variance * normals, AT_ENDS))
+    return Bandwidths(
+        inside, inside if bins.closed else _least_cp(bins, candidates, variance * normals, AT_ENDS)
+    )
 
 
 def _least_cp(bins: Bins, candidates: NDArray[np.float64], variance: float, order: int) -> float:
@@ -151,7 +180,7 @@ def _least_cp(bins: Bins, candidates: NDArray[np.float64], variance: float, orde
     station, count, mean = bins.station[some], bins.count[some], bins.mean[some]
     scores = np.empty(len(candidates))
     for k, h in enumerate(candidates):
-        fit = _one_order(bins, station, float(h), order)
+        fit = _one_order(bins, station, float(h), order, BINS_TO_JUDGE)
         residual = np.einsum("ij,ij->i", mean - fit.value, mean - fit.value)
         scores[k] = np.sum(count * (residual + PENALTY * variance * fit.leverage))
     return float(candidates[int(np.argmin(scores))])

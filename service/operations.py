@@ -1,0 +1,168 @@
+"""What the OpenAPI document says of each operation, derived from the table of processes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from pydantic import BaseModel
+from pydantic.json_schema import models_json_schema
+from starlette.responses import Response
+
+from service.answers import ProblemDocument
+from service.intake import MEDIA_TYPES, submission_model
+from service.problems import MEDIA_TYPE
+from service.processes import Process
+from service.render import FORMS
+
+__all__ = ["document", "problems", "process_operation"]
+
+_REFERENCE = "#/components/schemas/{model}"
+_BINARY = {"type": "string", "format": "binary"}
+_WITH_RETRY = {429, 503}
+_MEANINGS = {
+    400: "The body cannot be read.",
+    404: "There is nothing of this name.",
+    406: "No form of the answer that is offered is acceptable.",
+    413: "Too many points or bytes, as sent or after decompression.",
+    415: "The media type or the content encoding is not supported.",
+    422: "A value is out of range, or the points determine no curve; `errors` says where.",
+    429: "Too many requests are waiting.",
+    503: "The workers are not ready, the work took too long, or it was interrupted.",
+}
+_EXAMPLE = "ellipse"
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Describe the problem documents of an operation, by status."""
+    return {status: _problem(status) for status in statuses}
+
+
+def _problem(status: int) -> dict[str, Any]:
+    described: dict[str, Any] = {
+        "description": _MEANINGS[status],
+        "content": {MEDIA_TYPE: {"schema": _reference(ProblemDocument)}},
+    }
+    if status in _WITH_RETRY:
+        header = {"description": "Seconds after which to try again.", "schema": {"type": "integer"}}
+        described["headers"] = {"Retry-After": header}
+    return described
+
+
+def process_operation(process: Process) -> dict[str, Any]:
+    """Give the keyword arguments of ``add_api_route`` that document a process."""
+    return {
+        "operation_id": process.id.replace("-", "_"),
+        "summary": process.title,
+        "description": process.description,
+        "response_class": Response,
+        "responses": {200: _answers(process), **problems(400, 406, 413, 415, 422, 429, 503)},
+        "openapi_extra": {"requestBody": _body(process), "parameters": _query(process)},
+    }
+
+
+def _answers(process: Process) -> dict[str, Any]:
+    others = {FORMS[form]: {"schema": _form_schema(FORMS[form])} for form in process.forms if form != "json"}
+    return {"description": process.title, "model": process.answer, "content": others}
+
+
+def _form_schema(media_type: str) -> dict[str, Any]:
+    if media_type.endswith("json"):
+        return {"type": "object"}
+    return {"type": "string"} if media_type.startswith("text/") or "xml" in media_type else _BINARY
+
+
+def _body(process: Process) -> dict[str, Any]:
+    special = {
+        "application/json": {
+            "schema": _reference(submission_model(process.parameters, process.include)),
+            "examples": {_EXAMPLE: {"$ref": f"#/components/examples/{_EXAMPLE}"}},
+        },
+        "multipart/form-data": {"schema": _form(process)},
+    }
+    content = {name: special.get(name, {"schema": _form_schema(name)}) for name in MEDIA_TYPES}
+    return {"required": True, "content": content, "description": _BODY}
+
+
+_BODY = (
+    "A point cloud. JSON and forms bring their parameters along; with the other media types they are query "
+    "parameters. `Content-Encoding: gzip` is understood. Text has a point a line, its coordinates separated "
+    "by commas or blanks; `.npy` is an array of shape (N, 2) or (N, 3)."
+)
+
+
+def _form(process: Process) -> dict[str, Any]:
+    parameters = {
+        "type": "string",
+        "contentMediaType": "application/json",
+        "contentSchema": _reference(process.parameters),
+    }
+    return {
+        "type": "object",
+        "required": ["file"],
+        "properties": {"file": _BINARY, "parameters": parameters},
+        "additionalProperties": False,
+    }
+
+
+def _query(process: Process) -> list[dict[str, Any]]:
+    schema = process.parameters.model_json_schema(ref_template=_REFERENCE)
+    listed = [_parameter(name, dict(described)) for name, described in schema["properties"].items()]
+    if process.include:
+        names = {"type": "array", "items": {"enum": sorted(process.include), "type": "string"}}
+        listed.append(
+            _parameter("include", names | {"description": "Extra parts that the answer shall contain."})
+        )
+    forms = {
+        "type": "string",
+        "enum": list(process.forms),
+        "description": "Form of the answer, instead of Accept.",
+    }
+    return [*listed, _parameter("format", forms)]
+
+
+def _parameter(name: str, schema: dict[str, Any]) -> dict[str, Any]:
+    described = {"name": name, "in": "query", "required": False, "description": schema.pop("description", "")}
+    return described | {"schema": schema}
+
+
+def _reference(model: type[BaseModel]) -> dict[str, str]:
+    return {"$ref": _REFERENCE.format(model=model.__name__)}
+
+
+def _ellipse() -> dict[str, Any]:
+    """Make a body to try: samples of an ellipse, out of place by what looks like noise."""
+    points = []
+    for k in range(80):
+        angle, out = 2 * math.pi * k / 80, 1 + 0.02 * math.sin(5.3 * k * k)
+        points.append([round(2 * out * math.cos(angle), 3), round(out * math.sin(angle), 3)])
+    return {"summary": "A noisy ellipse", "value": {"points": points}}
+
+
+def document(app: FastAPI, table: Iterable[Process]) -> dict[str, Any]:
+    """Make the OpenAPI document of the application, once.
+
+    The bodies of the processes are read by the workers and not by the
+    framework, which therefore does not know their schemas: they are added here.
+    """
+    if app.openapi_schema is None:
+        described = get_openapi(
+            title=app.title,
+            version=app.version,
+            summary=app.summary,
+            description=app.description,
+            license_info=app.license_info,
+            tags=app.openapi_tags,
+            routes=app.routes,
+        )
+        models = [submission_model(row.parameters, row.include) for row in table] + [ProblemDocument]
+        _, added = models_json_schema([(model, "validation") for model in models], ref_template=_REFERENCE)
+        schemas = described.setdefault("components", {}).setdefault("schemas", {})
+        schemas.update(added["$defs"])
+        described["components"]["schemas"] = dict(sorted(schemas.items()))
+        described["components"]["examples"] = {_EXAMPLE: _ellipse()}
+        app.openapi_schema = described
+    return app.openapi_schema

@@ -1,0 +1,100 @@
+"""THE table of processes: one row for each thing that the service computes.
+
+The routes, the OpenAPI document and the command line are derived from it. The
+functions are named by import path, so that reading the table imports neither
+scipy nor numba: only the workers resolve them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from pydantic import BaseModel
+
+from core.parameters import PartitionParameters, PcaParameters
+from service.answers import PartitionAnswer, ReconstructionAnswer
+
+__all__ = ["PROCESSES", "Process", "process"]
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """One row of the table.
+
+    Attributes
+    ----------
+    id : str
+        Name for programs; also the OpenAPI operation id, with underscores.
+    path : str
+        Where it is posted to.
+    title, description : str
+        For people; the description may have Markdown.
+    parameters : type of BaseModel
+        Its parameters, from :mod:`core.parameters`.
+    answer : type of BaseModel
+        The JSON answer, from :mod:`service.answers`.
+    function : str
+        ``module:name`` of ``function(points, parameters, **{include: bool})``.
+    include : frozenset of str
+        Names allowed in ``include``; each is a flag of the function.
+    forms : tuple of str
+        Forms of the answer, the default first; keys of ``service.render.FORMS``.
+    """
+
+    id: str
+    path: str
+    title: str
+    description: str
+    parameters: type[BaseModel]
+    answer: type[BaseModel]
+    function: str
+    include: frozenset[str] = frozenset()
+    forms: tuple[str, ...] = ("json", "geojson", "csv", "svg", "png")
+
+    def resolve(self) -> Callable[..., Any]:
+        """Import the function (in a worker or in the command line, never in the web process)."""
+        module, _, name = self.function.partition(":")
+        function: Callable[..., Any] = getattr(import_module(module), name)
+        return function
+
+
+PROCESSES: tuple[Process, ...] = (
+    Process(
+        id="partition",
+        path="/partition",
+        title="Partition a point cloud into extended neighbours",
+        description="Two points belong together when hops of at most `epsilon` from point to point lead from "
+        "one to the other. Every point gets the label of its component, or -1 when it is an outlier.",
+        parameters=PartitionParameters,
+        answer=PartitionAnswer,
+        function="core.methods:partition",
+    ),
+    Process(
+        id="reconstruct-pca",
+        path="/reconstruct/pca",
+        title="Reconstruct curves by the PCA march",
+        description="Marches along each component from local ball to local ball, in the direction of its "
+        "first principal axis, and refines what it finds. Every parameter left out follows from the data.",
+        parameters=PcaParameters,
+        answer=ReconstructionAnswer,
+        function="core.methods:pca",
+        include=frozenset({"stages"}),
+    ),
+)
+
+
+def process(identifier: str) -> Process:
+    """Return the row with this id.
+
+    Raises
+    ------
+    KeyError
+        When there is none.
+    """
+    for row in PROCESSES:
+        if row.id == identifier:
+            return row
+    raise KeyError(identifier)

@@ -1,0 +1,25 @@
+"""Results to bytes: one encoder a form.
+
+A new type of result is registered where its form is made:
+``document.register`` (JSON), ``feature_collection.register`` (GeoJSON),
+``table.register`` (CSV) and ``scene.register`` (both pictures).
+"""
+
+from service.render.csv import points_table, table
+from service.render.documents import document, dump_json
+from service.render.encoders import encode
+from service.render.forms import FORMS, negotiate
+from service.render.geojson import feature_collection
+from service.render.scenes import scene
+
+__all__ = [
+    "FORMS",
+    "document",
+    "dump_json",
+    "encode",
+    "feature_collection",
+    "negotiate",
+    "points_table",
+    "scene",
+    "table",
+]

@@ -1,0 +1,10 @@
+"""The routes: thin, each reads, runs and answers."""
+
+from __future__ import annotations
+
+from service.routes.examples import router as examples
+from service.routes.health import router as health
+from service.routes.landing import router as landing
+from service.routes.processes import processes
+
+__all__ = ["examples", "health", "landing", "processes"]

@@ -1,0 +1,69 @@
+"""Results to be rendered: made by hand, so that every number in them is known."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.results import (
+    Ball,
+    Component,
+    Crossing,
+    Curve,
+    Frame,
+    Nyquist,
+    Partition,
+    Reconstruction,
+    Sampling,
+    Stages,
+    Violation,
+    Warn,
+)
+
+Floats = NDArray[np.float64]
+SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+LINE = np.array([[0.0, 0.1], [3.0, 0.1]])
+TILT = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.25]])
+
+
+def lifted(points: Floats, dimension: int) -> Floats:
+    """Lay plane points on a tilted plane of space."""
+    return points if dimension == 2 else points @ TILT
+
+
+def cloud(n: int = 50, dimension: int = 2) -> Floats:
+    return lifted(np.random.default_rng(1).uniform(0, 3, (n, 2)), dimension)
+
+
+def frame(component: int) -> Frame:
+    return Frame(component, np.zeros(3), np.eye(3), 1.0)
+
+
+def partition(points: Floats, count: int = 2) -> Partition:
+    labels = np.arange(len(points)) % (count + 1) - 1
+    components = tuple(
+        Component(label, int((labels == label).sum()), points[:2], frame(label)) for label in range(count)
+    )
+    return Partition(0.5, "given", labels, components, (Warn("thin", "too few points"),))
+
+
+def reconstruction(
+    dimension: int = 2, stages: bool = False, curves: int = 2, scale: float = 1.0, offset: float = 0.0
+) -> Reconstruction:
+    place = lifted(SQUARE, dimension)[1]
+    shapes = [(SQUARE, True) if number % 2 == 0 else (LINE, False) for number in range(curves)]
+    balls = (Ball(place, 0.25 * scale, place, 12, 0), Ball(place * 0.5, 0.5 * scale, place, 9, 0))
+    return Reconstruction(
+        method="pca",
+        reason="asked for",
+        curves=tuple(
+            Curve(lifted(vertices, dimension) * scale + offset, closed, number, 6.0, 25, 0.01)
+            for number, (vertices, closed) in enumerate(shapes)
+        ),
+        crossings=(Crossing(place, (0, 1), 90.0),),
+        outliers=np.array([3, 7]),
+        sampling=Sampling(0.01, 20.0, 0.3, Nyquist(False, None, (Violation(place, 1.5, "narrow"),))),
+        frames=(frame(0),),
+        warnings=(Warn("near", "two branches are near", tuple(place.tolist())), Warn("few", "few points")),
+        stages=Stages(balls, (lifted(LINE, dimension),)) if stages else None,
+    )

@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import dataclasses
+from io import BytesIO
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from core.results import Partition, Reconstruction
+from render.results import cloud, partition, reconstruction
+from service.render import encode
+from service.render.scenes import COLOURS
+
+
+def picture(result: Partition | Reconstruction, points: np.ndarray | None = None) -> np.ndarray:
+    with Image.open(BytesIO(encode(result, "png", points))) as image:
+        assert image.format == "PNG"
+        return np.asarray(image.convert("RGB")).astype(int)
+
+
+def share(image: np.ndarray, colour: str) -> float:
+    """Part of the picture that has very nearly this colour."""
+    wanted = np.array([int(colour[at : at + 2], 16) for at in (1, 3, 5)])
+    return float((np.abs(image - wanted).max(axis=2) <= 8).mean())
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("stages", [False, True])
+def test_curves_are_seen_in_their_colours(dimension: int, stages: bool) -> None:
+    image = picture(reconstruction(dimension, stages), cloud(50, dimension))
+    assert min(image.shape[:2]) >= 200
+    assert all(share(image, colour) > 0.0005 for colour in COLOURS[:2])
+    assert share(image, COLOURS[2]) == 0
+
+
+def test_components_are_seen_in_their_colours() -> None:
+    image = picture(partition(cloud(900), 3), cloud(900))
+    assert all(share(image, colour) > 0.0005 for colour in COLOURS[:3])
+
+
+def test_a_large_cloud_is_drawn_whole() -> None:
+    rng = np.random.default_rng(0)
+    points = np.vstack([rng.normal(0, 0.1, (60_000, 2)), [[5.0, 5.0]] * 2000])
+    image = picture(dataclasses.replace(partition(points, 1), labels=np.zeros(len(points), int)), points)
+    assert 0.0005 < share(image, COLOURS[0]) < 0.2
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-12, 1e12, 1e300])
+@pytest.mark.parametrize("offset", [0.0, 1e7])
+def test_any_size_and_place_gives_a_picture(scale: float, offset: float) -> None:
+    result = reconstruction(scale=scale, offset=offset * scale)
+    image = picture(result, cloud() * scale + offset * scale)
+    assert all(share(image, colour) > 0.0005 for colour in COLOURS[:2])
+
+
+@pytest.mark.parametrize(
+    "points", [np.zeros((1, 2)), np.full((5, 3), 3e300), np.full((3, 2), -1e-320), np.empty((0, 2))]
+)
+def test_points_without_extent_give_a_picture(points: np.ndarray) -> None:
+    assert picture(dataclasses.replace(reconstruction(), curves=()), points).size > 0
+
+
+def test_very_many_points_at_one_place_give_a_picture() -> None:
+    assert picture(dataclasses.replace(reconstruction(), curves=()), np.ones((50_000, 2))).size > 0

@@ -1,0 +1,303 @@
+from __future__ import annotations
+
+import gzip
+import json
+import os
+import re
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+import shapely
+
+from core.parameters import PcaParameters
+from service.answers import PartitionAnswer, ReconstructionAnswer
+from service.cli import main
+from service.settings import Settings
+
+ROOT = Path(__file__).parents[2]
+Run = Callable[..., tuple[int, bytes, str]]
+
+
+@pytest.fixture
+def run(capsysbinary: pytest.CaptureFixture[bytes]) -> Run:
+    """Run a command here; return its exit status, output and complaints."""
+
+    def run(*arguments: object) -> tuple[int, bytes, str]:
+        try:
+            status = main([str(argument) for argument in arguments])
+        except SystemExit as ended:  # argparse's own way
+            status = int(ended.code or 0)
+        output, complaints = capsysbinary.readouterr()
+        return status, output, complaints.decode()
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def circle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Draw a noisy circle, in a file."""
+    path = tmp_path_factory.mktemp("cloud") / "circle.csv"
+    assert main(["examples", "circle", "-n", "800", "--sigma", "0.005", "-o", str(path)]) == 0
+    return path
+
+
+def child(*arguments: object, **options: Any) -> subprocess.CompletedProcess[bytes]:
+    """Run a command in a process of its own."""
+    command = [sys.executable, "-m", "service.cli", *map(str, arguments)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(command, capture_output=True, env=environment, check=False, **options)  # noqa: S603 # ours
+
+
+def one_line(complaint: str) -> str:
+    assert complaint.startswith("tapeline: ")
+    assert complaint.count("\n") == 1
+    return complaint
+
+
+# --- help -----------------------------------------------------------------------------------------
+
+
+def test_the_commands_are_listed(run: Run) -> None:
+    status, output, _ = run("--help")
+    assert status == 0
+    assert all(command in output.decode() for command in ("serve", "partition", "reconstruct", "examples"))
+
+
+def test_the_version_is_told(run: Run) -> None:
+    status, output, _ = run("--version")
+    assert status == 0
+    assert re.fullmatch(rb"tapeline \d\S*\s+", output)
+
+
+@pytest.mark.parametrize(("command", "model"), [("reconstruct", PcaParameters), ("serve", Settings)])
+def test_every_parameter_and_every_setting_is_an_option(run: Run, command: str, model: Any) -> None:
+    _, output, _ = run(command, "--help")
+    options = set(re.findall(r"--[a-z][a-z-]*", output.decode()))
+    assert {f"--{name.replace('_', '-')}" for name in model.model_fields} <= options
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\nfrom service.cli import main\n"
+        "try: main(['--help'])\nexcept SystemExit: pass\n"
+        "print(*{name.partition('.')[0] for name in sys.modules})"
+    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, cwd=ROOT, check=True)  # noqa: S603 # ours
+    assert not {"numba", "scipy", "matplotlib", "fastapi", "shapely"} & set(answer.stdout.decode().split())
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["paint"], ["partition"], ["reconstruct", "a.csv", "--epsilom", "1"]]
+)
+def test_wrong_usage_is_explained(run: Run, arguments: list[str]) -> None:
+    status, output, complaint = run(*arguments)
+    assert (status, output) == (2, b"")
+    assert "usage: tapeline" in complaint
+
+
+# --- examples -------------------------------------------------------------------------------------
+
+
+def test_the_point_sets_are_listed(run: Run) -> None:
+    status, output, _ = run("examples")
+    assert status == 0
+    assert {"circle", "spiral", "trefoil"} <= {line.split()[0] for line in output.decode().splitlines()}
+
+
+def test_a_point_set_is_drawn_in_every_form(run: Run, tmp_path: Path) -> None:
+    for form in ("csv", "json", "npy"):
+        assert run("examples", "helix", "-n", 50, "--seed", 3, "-o", tmp_path / f"a.{form}")[0] == 0
+    table = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
+    assert table.shape == (50, 3)
+    assert np.array_equal(table, np.load(tmp_path / "a.npy"))
+    assert np.array_equal(table, json.loads((tmp_path / "a.json").read_text())["points"])
+
+
+def test_the_same_seed_draws_the_same_points(run: Run) -> None:
+    drawn = [run("examples", "circle", "-n", 20, "--seed", seed)[1] for seed in (1, 1, 2)]
+    assert drawn[0] == drawn[1] != drawn[2]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "names"),
+    [(["heptagon"], "heptagon"), (["circle", "-n", "-5"], "-n"), (["circle", "--sigma", "7"], "--sigma")],
+)
+def test_what_cannot_be_drawn_is_refused(run: Run, arguments: list[str], names: str) -> None:
+    status, output, complaint = run("examples", *arguments)
+    assert (status, output) == (2, b"")
+    assert names in one_line(complaint)
+
+
+# --- processes ------------------------------------------------------------------------------------
+
+
+def test_a_circle_is_reconstructed(run: Run, circle: Path) -> None:
+    status, output, _ = run("reconstruct", circle)
+    assert status == 0
+    answer = ReconstructionAnswer.model_validate_json(output)
+    (curve,) = answer.curves
+    assert curve.closed
+    radii = np.linalg.norm(np.array(curve.vertices) - np.mean(curve.vertices, axis=0), axis=1)
+    assert np.ptp(radii) < 0.05 * radii.mean()
+
+
+@pytest.mark.parametrize(
+    ("name", "begins"),
+    [
+        ("a.json", b'{"method":"pca"'),
+        ("a.geojson", b'{"type":"FeatureCollection"'),
+        ("a.csv", b"curve,x,y\n0,"),
+        ("a.svg", b"<svg "),
+        ("A.PNG", b"\x89PNG"),
+    ],
+)
+def test_the_name_of_the_output_chooses_the_form(
+    run: Run, circle: Path, tmp_path: Path, name: str, begins: bytes
+) -> None:
+    status, output, _ = run("reconstruct", circle, "-o", tmp_path / name)
+    assert (status, output) == (0, b"")
+    assert (tmp_path / name).read_bytes().startswith(begins)
+
+
+def test_the_form_can_be_asked_for(run: Run, circle: Path, tmp_path: Path) -> None:
+    status, output, _ = run("reconstruct", circle, "--format", "geojson")
+    assert status == 0
+    assert shapely.is_ring(shapely.get_parts(shapely.from_geojson(output)))[0]
+    assert run("reconstruct", circle, "--format", "geojson", "-o", tmp_path / "curve.txt")[0] == 0
+    assert (tmp_path / "curve.txt").read_bytes() == output
+
+
+def test_every_way_of_giving_the_same_points_gives_the_same_answer(
+    run: Run, circle: Path, tmp_path: Path
+) -> None:
+    points = np.loadtxt(circle, delimiter=",", skiprows=1)
+    np.savetxt(tmp_path / "a.xyz", points, fmt="%.17g")
+    np.save(tmp_path / "a.npy", points)
+    (tmp_path / "a.json").write_text(json.dumps({"points": points.tolist()}))
+    (tmp_path / "a.csv.gz").write_bytes(gzip.compress(circle.read_bytes()))
+    (tmp_path / "plain").write_bytes((tmp_path / "a.npy").read_bytes())
+    (tmp_path / "packed").write_bytes(gzip.compress((tmp_path / "a.json").read_bytes()))
+    wanted = run("partition", circle)[1]
+    assert len(PartitionAnswer.model_validate_json(wanted).labels) == 800
+    for name in ("a.xyz", "a.npy", "a.json", "a.csv.gz", "plain", "packed"):
+        assert run("partition", tmp_path / name)[:2] == (0, wanted)
+
+
+def test_points_come_from_standard_input_too(run: Run, circle: Path) -> None:
+    piped = child("partition", "-", input=circle.read_bytes())
+    assert piped.returncode == 0
+    assert piped.stdout == run("partition", circle)[1]
+
+
+def test_options_are_the_parameters(run: Run, circle: Path) -> None:
+    far = PartitionAnswer.model_validate_json(run("partition", circle, "--epsilon", "100")[1])
+    assert (far.epsilon, far.epsilon_source, far.count) == (100.0, "given", 1)
+    near = run("partition", circle, "--epsilon", "1e-9", "--min-component-size", "2")[1]
+    assert set(PartitionAnswer.model_validate_json(near).labels) == {-1}
+
+
+def test_switches_are_parameters_too(run: Run, circle: Path) -> None:
+    refined, raw = (
+        ReconstructionAnswer.model_validate_json(run("reconstruct", circle, switch, "--include", "stages")[1])
+        for switch in ("--refine", "--no-refine")
+    )
+    assert refined.stages is not None
+    assert refined.stages.balls
+    assert refined.curves[0].vertices != raw.curves[0].vertices
+
+
+@pytest.mark.parametrize(
+    ("options", "names"),
+    [
+        (["--epsilon", "-1"], "--epsilon: "),
+        (["--epsilon", "wide"], "--epsilon: "),
+        (["--min-component-size", "1.5"], "--min-component-size: "),
+        (["-o", "curve.bmp"], "curve.bmp: "),
+        (["-o", "curve"], "curve: "),
+        (["-o", "no/such/folder/curve.svg"], "no/such/folder/curve.svg: "),
+    ],
+)
+def test_wrong_options_are_named(
+    run: Run, circle: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, options: list[str], names: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, output, complaint = run("partition", circle, *options)
+    assert (status, output) == (2, b"")
+    assert one_line(complaint).startswith(f"tapeline: {names}")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "place"),
+    [
+        ("a.csv", b"x,y\n1,2\n3,abc\n", "points[1][1]: line 3, column 2"),
+        ("a.csv", b"1,2\n3,nan\n5,nan\n", "points[1][1]: line 2"),
+        ("a.csv", b"", "points: there must be at least 1 point"),
+        ("a.json", b'{"points": [[1, 2], [3, true]]}', "points[1][1]: "),
+        ("a.json", b'{"points": [[1, 2], [3, 4, 5]]}', "points[1]: row 1 has 3 numbers, row 0 has 2"),
+        ("a.json", b'{"points": [[1, 2]', "not valid JSON"),
+        ("a.npy", b"PK\x03\x04", ".npy"),
+        ("a.csv.gz", b"\x1f\x8bnot so", "gzip"),
+        ("a.csv", b"1,2\n1,2\n1,2\n", ""),
+    ],
+)
+def test_wrong_input_is_refused_where_it_is(
+    run: Run, tmp_path: Path, name: str, content: bytes, place: str
+) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    status, output, complaint = run("reconstruct", path)
+    assert (status, output) == (2, b"")
+    assert one_line(complaint).startswith(f"tapeline: {path}: ")
+    assert place in complaint
+
+
+def test_files_that_cannot_be_read_are_named(run: Run, tmp_path: Path) -> None:
+    for path in (tmp_path / "missing.csv", tmp_path):
+        status, _, complaint = run("partition", path)
+        assert status == 2
+        assert str(path) in one_line(complaint)
+
+
+def test_a_reader_that_had_enough_is_no_error_to_talk_about() -> None:
+    command = f"{sys.executable} -m service.cli examples circle -n 200000 | head -n 1"
+    answer = subprocess.run(["/bin/sh", "-c", command], capture_output=True, cwd=ROOT, check=False)  # noqa: S603 # ours
+    assert answer.stdout == b"x,y\n"
+    assert answer.stderr == b""
+
+
+# --- serve ----------------------------------------------------------------------------------------
+
+
+def test_it_serves(tmp_path: Path) -> None:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    options = ["--port", str(port), "--workers", "1", "--data-dir", str(tmp_path), "--log-level", "warning"]
+    process = subprocess.Popen([sys.executable, "-m", "service.cli", "serve", *options], cwd=ROOT)  # noqa: S603 # ours
+    try:
+        end = time.monotonic() + 60
+        status = None
+        while status is None and time.monotonic() < end and process.poll() is None:
+            try:
+                status = httpx.get(f"http://127.0.0.1:{port}/healthz").status_code
+            except httpx.TransportError:
+                time.sleep(0.05)
+        assert status == 200
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+@pytest.mark.parametrize("options", [["--port", "http"], ["--workers", "0"], ["--port", "70000"]])
+def test_settings_that_cannot_be_are_named(run: Run, options: list[str]) -> None:
+    status, _, complaint = run("serve", *options)
+    assert status == 2
+    assert one_line(complaint).startswith(f"tapeline: {options[0]}: ")
