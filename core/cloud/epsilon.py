@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from core.cloud.balls import Balls, optimal_balls
 from core.cloud.linkage import components
-from core.cloud.points import Normalisation, centred, inverse_power_of_two
+from core.cloud.points import LARGEST, Normalisation, centred, inverse_power_of_two
 from core.cloud.sampling import spread_subsample
 
 __all__ = ["estimate_epsilon", "least_component_size"]
@@ -99,7 +99,7 @@ def estimate_epsilon(points: Floats) -> float:
     points = _distinct(points * unit if unit != 1 else points)
     resolution = float(np.spacing(largest * unit))
     epsilon = 4 * resolution if len(points) == 1 else max(_estimate(points), resolution)
-    return min(epsilon / unit, float(np.finfo(np.float64).max))
+    return min(epsilon / unit, LARGEST)
 
 
 def _estimate(points: Floats) -> float:

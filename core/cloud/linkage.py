@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from core.cloud.points import bounds, inverse_power_of_two
+from core.cloud.points import bounds, inverse_power_of_two, scaled_offset
 
 __all__ = ["components"]
 
@@ -133,9 +133,7 @@ def _index_along(values: Floats, unit: float, side: float) -> Ints:
         breaks = np.diff(x) * unit > 2 * side
     chain = np.concatenate(([0], np.cumsum(breaks)))
     heads = np.flatnonzero(np.concatenate(([True], breaks)))
-    # Scaled down before, or up after the difference: neither overflows within a chain.
-    down, up = min(unit, 1.0), max(unit, 1.0)
-    offset = ((x * down - (x[heads] * down).take(chain)) * up / side).astype(np.int64)
+    offset = (scaled_offset(x, x[heads].take(chain), unit) / side).astype(np.int64)
     lengths = offset[np.append(heads[1:], len(x)) - 1] + 1 + REACH
     index = np.empty(len(x), np.int64)
     index[order] = offset + (np.cumsum(lengths) - lengths).take(chain)

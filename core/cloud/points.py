@@ -10,9 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from core.errors import InvalidPoints
 
-__all__ = ["Normalisation", "as_points", "bounds", "centred", "inverse_power_of_two"]
+__all__ = [
+    "LARGEST",
+    "Normalisation",
+    "as_points",
+    "bounds",
+    "centred",
+    "inverse_power_of_two",
+    "scaled_offset",
+]
 
 Floats = NDArray[np.float64]
+
+LARGEST = float(np.finfo(np.float64).max)
 
 
 def as_points(points: ArrayLike) -> Floats:
@@ -100,12 +110,24 @@ class Normalisation:
     def apply(self, points: Floats) -> Floats:
         """Bring (M, d) points from input space to the normalised space."""
         unit = inverse_power_of_two(self.scale)
-        return np.asarray((points * unit - self.centre * unit) / (self.scale * unit))
+        return scaled_offset(points, self.centre, unit) / (self.scale * unit)
 
     def restore(self, points: Floats) -> Floats:
         """Bring (M, d) points from the normalised space back to input space."""
-        unit = inverse_power_of_two(self.scale)
-        return np.asarray((points * (self.scale * unit) + self.centre * unit) / unit)
+        # As in scaled_offset: the sum of large numbers must not overflow on the way.
+        down = min(inverse_power_of_two(self.scale), 1.0)
+        sums = points * (self.scale * down) + self.centre * down
+        # The largest doubles may be rounded upward, out of range.
+        return np.asarray(np.clip(sums, -LARGEST * down, LARGEST * down) / down)
+
+
+def scaled_offset(points: Floats, origin: Floats, unit: float) -> Floats:
+    """Compute (points - origin) * unit for a power of two, which is scaled down by first or up by last.
+
+    So neither overflows where the result does not, and the only rounding is that of the difference.
+    """
+    down, up = min(unit, 1.0), max(unit, 1.0)
+    return np.asarray((points * down - origin * down) * up)
 
 
 def inverse_power_of_two(scale: float) -> float:
@@ -145,9 +167,11 @@ def centred(points: Floats) -> tuple[Floats, Normalisation]:
     low, high = bounds(points)
     middle = low / 2 + high / 2
     unit = inverse_power_of_two(float(np.max(high / 2 - low / 2)))
-    offset = points * unit - middle * unit
+    offset = scaled_offset(points, middle, unit)
     mean = offset.mean(axis=0)
     offset -= mean
     spread = math.sqrt(np.einsum("ij,ij->", offset, offset) / offset.size)
-    way = Normalisation((middle * unit + mean) / unit, spread / unit if spread / unit > 0 else 1.0)
+    down = min(unit, 1.0)
+    centre = (middle * down + mean / unit * down) / down
+    way = Normalisation(centre, spread / unit if spread / unit > 0 else 1.0)
     return way.apply(points), way

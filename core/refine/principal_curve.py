@@ -8,25 +8,29 @@ that bias, and it is taken out; more samples would never do so.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import erf
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from core.cloud.sampling import Sample
+from core.refine.ends import ends_of, prolonged
+from core.refine.noise import noise_of
 from core.refine.polyline import Polyline
 from core.refine.project import Feet, project
 from core.refine.regression import Bandwidths, Bins, Fit, bin_samples, local_fit, select_bandwidths
 
-__all__ = ["Refined", "refine_curves"]
+__all__ = ["CUT", "Refined", "as_they_are", "refine_curves"]
 
 Floats = NDArray[np.float64]
 
 LEAST_BANDWIDTH = 8.0  # in sigma: below, wiggles reinforce themselves
 CUT = 4.0  # in sigma: farther samples take no part
-END_MASS = 0.3989  # E max(0, X) of a standard normal X: share of rho sigma beyond an open end
+PROLONGED = 3.0  # in sigma: how far an open curve may grow in one pass
+LEAST_SAMPLES = 8
 PASSES = 3
+RATIO = 1.25  # of neighbouring bandwidths
+NARROW = 2.0  # later passes look for the bandwidth within this factor of the last
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,41 +84,51 @@ def refine_curves(
     passes : int
         Iterations over the subsample; one over all samples follows.
     """
-    rounds = [sample.few] * passes + [sample.points]
-    lines = list(curves)
-    sigmas = np.full(len(lines), sigma)
-    errors: list[Floats] = [np.zeros(len(line.vertices)) for line in lines]
-    for number, samples in enumerate(rounds):
-        lines, sigmas, errors = _one_pass(
-            samples, lines, sigmas, flat, cut, spacing if number == len(rounds) - 1 else None
-        )
+    rules = _Rules(1 if flat else 2, cut, None)
+    states = [_State(line, sigma, np.zeros(len(line.vertices)), None) for line in curves]
+    for _ in range(passes):
+        states = _one_pass(sample.few, states, rules)
+    states = _one_pass(sample.points, states, replace(rules, spacing=spacing))
+    lines = [state.line for state in states]
+    sigmas = np.array([state.sigma for state in states])
     feet = project(sample.points, lines, _reach(sigmas, cut))
-    return Refined(tuple(lines), feet, _noise(feet, sigmas), sigmas, tuple(errors))
+    return Refined(tuple(lines), feet, _noise(feet, sigmas), sigmas, tuple(state.error for state in states))
+
+
+@dataclass(frozen=True, slots=True)
+class _Rules:
+    """Number of normal directions, cut in sigma, and the wished spacing of vertices."""
+
+    normals: int
+    cut: float
+    spacing: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _State:
+    """A curve between passes: course, noise, standard error at its vertices, last bandwidths."""
+
+    line: Polyline
+    sigma: float
+    error: Floats
+    bandwidths: Bandwidths | None
 
 
 def _reach(sigmas: Floats, cut: float) -> float:
     return max(float(sigmas.max()) * cut, 1e-9)
 
 
-def _one_pass(
-    samples: Floats, lines: list[Polyline], sigmas: Floats, flat: bool, cut: float, spacing: float | None
-) -> tuple[list[Polyline], Floats, list[Floats]]:
+def _one_pass(samples: Floats, states: list[_State], rules: _Rules) -> list[_State]:
     """Project all samples, and refit every curve to its own."""
-    extended = [_extended(line, 3.0 * s) for line, s in zip(lines, sigmas, strict=True)]
-    feet = project(samples, extended, _reach(sigmas, cut))
-    near = feet.distance < cut * np.append(np.maximum(sigmas, 1e-12), 0.0)[feet.curve]
+    sigmas = np.array([state.sigma for state in states])
+    lines = [prolonged(state.line, PROLONGED * state.sigma) for state in states]
+    feet = project(samples, lines, _reach(sigmas, rules.cut))
+    near = feet.distance < rules.cut * np.append(np.maximum(sigmas, 1e-12), 0.0)[feet.curve]
     groups = _groups(feet.curve, near, len(lines))
-    out: list[Polyline] = []
-    noise = sigmas.copy()
-    errors: list[Floats] = []
-    for k, line in enumerate(extended):
-        mine = groups[k]
-        refined, noise[k], error = _refit(
-            samples[mine], feet.station[mine], feet.distance[mine], line, sigmas[k], flat, cut, spacing
-        )
-        out.append(refined)
-        errors.append(error)
-    return out, noise, errors
+    return [
+        _refit(samples[mine], feet.station[mine], feet.distance[mine], replace(state, line=line), rules)
+        for mine, state, line in zip(groups, states, lines, strict=True)
+    ]
 
 
 def _groups(curve: NDArray[np.int64], near: NDArray[np.bool_], count: int) -> list[NDArray[np.int64]]:
@@ -127,43 +141,21 @@ def _groups(curve: NDArray[np.int64], near: NDArray[np.bool_], count: int) -> li
     return [order[bounds[k] : bounds[k + 1]] for k in range(count)]
 
 
-def _extended(line: Polyline, by: float) -> Polyline:
-    """An open curve prolonged straight at both ends, so that samples beyond them have a foot."""
-    if line.closed or by <= 0.0:
-        return line
-    x = line.vertices
-    span = min(by, 0.25 * line.length)
-    head = x[0] - line.at(np.array([max(span, line.length * 0.02)]))[0]
-    tail = x[-1] - line.at(np.array([line.length - max(span, line.length * 0.02)]))[0]
-    first = x[0] + head * (by / max(float(np.linalg.norm(head)), 1e-300))
-    last = x[-1] + tail * (by / max(float(np.linalg.norm(tail)), 1e-300))
-    return Polyline(np.concatenate([first[None], x, last[None]]), False)
-
-
-def _refit(
-    points: Floats,
-    station: Floats,
-    distance: Floats,
-    line: Polyline,
-    sigma: float,
-    flat: bool,
-    cut: float,
-    spacing: float | None,
-) -> tuple[Polyline, float, Floats]:
-    """One curve's regression on the arc length of its samples' feet."""
-    if len(points) < 8:
-        return line, sigma, np.zeros(len(line.vertices))
-    length = line.length
-    low, high = (0.0, length) if line.closed else _ends(station, length, sigma)
+def _refit(points: Floats, station: Floats, distance: Floats, state: _State, rules: _Rules) -> _State:
+    """Regress one curve on the arc length of its samples' feet."""
+    line, sigma = state.line, state.sigma
+    if len(points) < LEAST_SAMPLES:
+        return replace(state, error=np.zeros(len(line.vertices)))
+    low, high = (0.0, line.length) if line.closed else ends_of(station, line.length, sigma)
     span = high - low
-    if span <= 0.0:
-        return line, sigma, np.zeros(len(line.vertices))
-    inside = np.clip(station - low, 0.0, span)
     keep = np.ones(len(points), np.bool_) if line.closed else (station >= low) & (station <= high)
-    bins = bin_samples(points[keep], inside[keep], span, _bin_count(span, sigma, len(points)), line.closed)
-    normals = 1 if flat else 2
-    h = _bandwidths(bins, sigma, distance[keep], normals)
-    return _evaluate(bins, h, normals, distance[keep], cut, spacing)
+    if span <= 0.0 or np.count_nonzero(keep) < LEAST_SAMPLES:
+        return replace(state, error=np.zeros(len(line.vertices)))
+    points, station, distance = points[keep], station[keep] - low, distance[keep]
+    bins = bin_samples(points, station, span, _bin_count(span, sigma, len(points)), line.closed)
+    variance = float(np.mean(distance**2))
+    h = select_bandwidths(bins, _candidates(bins, sigma, state.bandwidths), variance)
+    return _evaluate(bins, h, distance, sigma, rules)
 
 
 def _bin_count(span: float, sigma: float, samples: int) -> int:
@@ -175,69 +167,28 @@ def _bin_count(span: float, sigma: float, samples: int) -> int:
     return int(max(count // unit, 1)) * unit
 
 
-def _bandwidths(bins: Bins, sigma: float, distance: Floats, normals: int) -> Bandwidths:
-    """Least C_p over a geometric range, from eight sigma or eight samples to half the curve."""
+def _candidates(bins: Bins, sigma: float, last: Bandwidths | None) -> Floats:
+    """Bandwidths from eight sigma or eight samples to half the curve, or about the last ones."""
     samples = float(bins.count.sum())
     low = max(LEAST_BANDWIDTH * sigma, 8.0 * bins.length / samples, 2.5 * bins.length / len(bins.station))
     high = max(0.5 * bins.length, 1.01 * low)
-    candidates = np.geomspace(low, high, max(int(np.log(high / low) / np.log(1.25)) + 1, 2))
-    variance = float(np.mean(distance**2)) / normals
-    return select_bandwidths(bins, candidates, variance, normals)
+    if last is not None:
+        low = min(max(low, min(last.inside, last.ends) / NARROW), high / 1.01)
+        high = max(min(high, max(last.inside, last.ends) * NARROW), 1.01 * low)
+    return np.geomspace(low, high, max(int(np.log(high / low) / np.log(RATIO)) + 1, 2))
 
 
-def _ends(station: Floats, length: float, sigma: float) -> tuple[float, float]:
-    """Where an open curve begins and ends: the mass beyond an end is 0.4 rho sigma."""
-    near = max(0.2 * length, 20.0 * sigma)
-    if len(station) < 200 or near > 0.5 * length:
-        near = length
-    return (
-        _end(np.sort(station[station <= near]), sigma),
-        length - _end(np.sort(length - station[station >= length - near]), sigma),
-    )
-
-
-def _end(ordered: Floats, sigma: float) -> float:
-    """Station that leaves 0.4 rho sigma samples before it.
-
-    Noise blurs an end symmetrically: half the density marks it roughly, and samples far
-    before that mark belong to something else.
-    """
-    n = len(ordered)
-    if n < 8:
-        return float(ordered[0]) if n else 0.0
-    # The density beside the end, but clear of its blur.
-    first, last = n // 4, max(n // 2, min(n - 1, 10))
-    between = ordered[last] - ordered[first]
-    density = (last - first) / between if between > 0.0 else n / max(ordered[-1] - ordered[0], 1e-300)
-    window = max(2.0 * sigma, 6.0 / density)
-    some = np.arange(0, last + 1, max(1, last // 2000))
-    inside = np.searchsorted(ordered, ordered[some] + window) - some
-    dense = some[inside >= 0.5 * density * window]
-    mark = ordered[dense[0]] if len(dense) else ordered[0]
-    ordered = ordered[np.searchsorted(ordered, mark - 1.5 * sigma) :]
-    beyond = min(END_MASS * density * sigma, 0.25 * len(ordered))
-    k = int(beyond)
-    previous = ordered[0] - 1.0 / density if k == 0 else ordered[k - 1]
-    return float(previous + (beyond - k) * (ordered[k] - previous))
-
-
-def _evaluate(
-    bins: Bins, h: Bandwidths, normals: int, distance: Floats, cut: float, spacing: float | None
-) -> tuple[Polyline, float, Floats]:
-    """The fitted curve at equidistant stations, its noise and its standard error."""
+def _evaluate(bins: Bins, h: Bandwidths, distance: Floats, sigma: float, rules: _Rules) -> _State:
+    """Put the fitted curve at equidistant stations, with its noise and its standard error."""
     fitted = local_fit(bins, bins.station, h)
     spent = float(np.sum(bins.count * fitted.leverage))
-    samples = float(bins.count.sum())
-    noise = np.sqrt(float(np.sum(distance**2)) / normals / max(samples - spent, 1.0)) / _truncation(
-        cut, normals
-    )
-    count = _vertex_count(bins, fitted, noise, h.inside, spacing)
-    pieces = count if bins.closed else count - 1
-    at = np.linspace(0.0, bins.length, pieces + 1)[:count]
+    noise = noise_of(distance, spent, sigma, rules.cut, rules.normals)
+    count = _vertex_count(bins, fitted, noise, h.inside, rules.spacing)
+    at = np.linspace(0.0, bins.length, count + (1 if bins.closed else 0))[:count]
     fit = local_fit(bins, at, h)
     vertices = fit.value + 0.5 * noise**2 * fit.second
     error = noise * np.sqrt(np.maximum(fit.leverage, 0.0))
-    return Polyline(vertices, bins.closed), float(noise), error
+    return _State(Polyline(vertices, bins.closed), noise, error, h)
 
 
 def _vertex_count(bins: Bins, fit: Fit, noise: float, h: float, spacing: float | None) -> int:
@@ -248,15 +199,6 @@ def _vertex_count(bins: Bins, fit: Fit, noise: float, h: float, spacing: float |
     error = noise * np.sqrt(max(float(np.median(fit.leverage)), 0.0))
     chord = np.sqrt(8.0 * 0.2 * max(error, 1e-9 * bins.length) / max(curvature, 1e-9 / bins.length))
     return int(min(max(bins.length / min(chord, 0.25 * h), 64.0), 4000.0))
-
-
-def _truncation(cut: float, normals: int) -> float:
-    """Standard deviation, per direction, of unit Gaussian noise cut at ``cut``."""
-    if normals == 1:
-        density = np.exp(-0.5 * cut * cut) / np.sqrt(2.0 * np.pi)
-        return float(np.sqrt(1.0 - 2.0 * cut * density / erf(cut / np.sqrt(2.0))))
-    tail = np.exp(-0.5 * cut * cut)
-    return float(np.sqrt(1.0 - 0.5 * cut * cut * tail / (1.0 - tail)))
 
 
 def _noise(feet: Feet, sigmas: Floats) -> float:

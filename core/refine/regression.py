@@ -153,9 +153,7 @@ def _merged(bins: Bins, bandwidth: float, detail: float) -> Bins:
     return Bins(station, n, mean, bins.length, bins.closed)
 
 
-def select_bandwidths(
-    bins: Bins, candidates: NDArray[np.float64], variance: float, normals: int
-) -> Bandwidths:
+def select_bandwidths(bins: Bins, candidates: NDArray[np.float64], variance: float) -> Bandwidths:
     """Choose the bandwidths of least C_p, order by order.
 
     Parameters
@@ -163,14 +161,11 @@ def select_bandwidths(
     bins : Bins
     candidates : (H,) array
     variance : float
-        Noise variance per normal direction.
-    normals : int
-        Number of normal directions.
+        Noise variance, all normal directions together.
     """
-    inside = _least_cp(bins, candidates, variance * normals, INSIDE)
-    return Bandwidths(
-        inside, inside if bins.closed else _least_cp(bins, candidates, variance * normals, AT_ENDS)
-    )
+    inside = _least_cp(bins, candidates, variance, INSIDE)
+    ends = inside if bins.closed else _least_cp(bins, candidates, variance, AT_ENDS)
+    return Bandwidths(inside, ends)
 
 
 def _least_cp(bins: Bins, candidates: NDArray[np.float64], variance: float, order: int) -> float:

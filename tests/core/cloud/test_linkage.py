@@ -90,8 +90,8 @@ def test_single_points_without_number_stay_apart(dimension):
 @pytest.mark.parametrize("gap", [1 - 1e-9, 1.0, 1 + 1e-9])
 @pytest.mark.parametrize("shape", ["arcs", "lines", "clump and arc", "staggered"])
 def test_crowded_cells_touch_exactly_when_a_pair_does(shape, gap):
-    """Twenty thousand points on either side of a gap that is as wide as epsilon, or nearly."""
-    t = np.linspace(0, 0.3, 20_000)
+    """Three thousand points on either side of a gap that is as wide as epsilon, or nearly."""
+    t = np.linspace(0, 0.3, 3000)
     arc = np.column_stack((np.cos(t), np.sin(t)))
     line = np.column_stack((t, np.zeros_like(t)))
     near, far = {

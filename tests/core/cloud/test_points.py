@@ -32,7 +32,9 @@ def test_a_sound_array_is_not_copied():
     assert as_points(points) is points
 
 
-@pytest.mark.parametrize("view", [np.zeros((3, 10)).T, np.zeros((10, 6))[:, ::2], np.asfortranarray(np.ones((5, 2)))])
+@pytest.mark.parametrize(
+    "view", [np.zeros((3, 10)).T, np.zeros((10, 6))[:, ::2], np.asfortranarray(np.ones((5, 2)))]
+)
 def test_views_become_contiguous(view):
     points = as_points(view)
     assert points.flags.c_contiguous

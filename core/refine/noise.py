@@ -1,0 +1,66 @@
+"""The noise standard deviation from the residuals of a fitted curve."""
+
+from __future__ import annotations
+
+from math import erf
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["noise_of", "truncated_deviation"]
+
+TAIL = 3.0  # in sigma: what lies between here and the cut shows a background of outliers
+SIGNIFICANT = 3.0  # standard deviations by which the tail must exceed a Gaussian one
+
+
+def noise_of(distance: NDArray[np.float64], spent: float, sigma: float, cut: float, normals: int) -> float:
+    """Estimate sigma from distances to the curve that were cut at ``cut`` times ``sigma``.
+
+    A uniform background of outliers shows as too many samples between three sigma and
+    the cut; its share is taken out of the sum of squares.
+
+    Parameters
+    ----------
+    distance : (N,) array
+        Distances of the samples within ``cut * sigma``.
+    spent : float
+        Degrees of freedom of the fit.
+    sigma : float
+        Estimate by which the samples were cut.
+    cut : float
+        In sigma.
+    normals : int
+        Number of normal directions: 1 in a plane, 2 in space.
+    """
+    square, count = float(np.sum(distance**2)), float(len(distance))
+    reach = cut * sigma
+    if cut > TAIL + 0.5 and sigma > 0.0:
+        background = _background(distance, count, sigma, cut, normals)
+        # Background samples have distances of density proportional to d^(normals - 1).
+        square -= background * reach**2 * normals / (normals + 2.0)
+        count -= background
+    free = max(count - spent, 1.0)
+    return float(np.sqrt(max(square, 0.0) / (normals * free))) / truncated_deviation(cut, normals)
+
+
+def _background(distance: NDArray[np.float64], count: float, sigma: float, cut: float, normals: int) -> float:
+    """Number of background samples within the cut; 0 unless the tail is significantly heavy."""
+    seen = float(np.count_nonzero(distance > TAIL * sigma))
+    due = count * (_within(cut, normals) - _within(TAIL, normals))
+    if seen - due < SIGNIFICANT * np.sqrt(due + 1.0):
+        return 0.0
+    return (seen - due) / (1.0 - (TAIL / cut) ** normals)
+
+
+def _within(cut: float, normals: int) -> float:
+    """Probability that Gaussian noise stays within ``cut`` sigma."""
+    return erf(cut / np.sqrt(2.0)) if normals == 1 else 1.0 - float(np.exp(-0.5 * cut * cut))
+
+
+def truncated_deviation(cut: float, normals: int) -> float:
+    """Compute the standard deviation, per direction, of unit Gaussian noise cut at ``cut``."""
+    if normals == 1:
+        density = float(np.exp(-0.5 * cut * cut)) / np.sqrt(2.0 * np.pi)
+        return float(np.sqrt(1.0 - 2.0 * cut * density / erf(cut / np.sqrt(2.0))))
+    tail = float(np.exp(-0.5 * cut * cut))
+    return float(np.sqrt(1.0 - 0.5 * cut * cut * tail / (1.0 - tail)))
