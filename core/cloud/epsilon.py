@@ -97,9 +97,9 @@ def estimate_epsilon(points: Floats) -> float:
     largest = float(np.abs(points).max())
     unit = inverse_power_of_two(largest) if not TINY < largest < 1 / TINY and largest > 0 else 1.0
     points = _distinct(points * unit if unit != 1 else points)
-    resolution = float(np.spacing(largest * unit))
-    epsilon = 4 * resolution if len(points) == 1 else max(_estimate(points), resolution)
-    return min(epsilon / unit, LARGEST)
+    if len(points) == 1:
+        return 4 * math.ulp(largest)
+    return min(max(_estimate(points) / unit, math.ulp(largest)), LARGEST)
 
 
 def _estimate(points: Floats) -> float:
@@ -107,7 +107,8 @@ def _estimate(points: Floats) -> float:
     candidates, way = centred(points.take(spread_subsample(points, CANDIDATES), axis=0))
     probes = _probe(candidates, len(points) / len(candidates))
     shortest = _hop_by_neighbours(candidates) if probes is None else _shortest_hop(points, probes, way)
-    return _clearest(points, shortest * way.scale)
+    # A hop below the resolution of the coordinates joins nothing more than equal points.
+    return _clearest(points, max(shortest * way.scale, math.ulp(float(np.abs(points).max()))))
 
 
 def _distinct(points: Floats) -> Floats:

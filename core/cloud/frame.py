@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,7 +86,7 @@ def principal_frames(points: Floats, starts: Ints) -> tuple[Frame, ...]:
     spread = np.sqrt(second)
     skewness = third / np.maximum(spread, 1e-100) ** 3
     oriented = _right_handed(axes * _signs(axes, skewness)[..., None])
-    resolution = np.spacing(largest * unit) / extent + np.finfo(np.float64).eps
+    resolution = math.ulp(largest * unit) / extent + np.finfo(np.float64).eps
     origins = _in_space((anchor + extent[:, None] * mean) / unit)
     planarity = _planarity(spread, resolution).tolist()
     return tuple(Frame(c, origins[c], oriented[c], planarity[c]) for c in range(len(origins)))

@@ -15,7 +15,8 @@ from core.cloud.balls import MINIMUM_RADIUS_FACTOR, Balls, optimal_balls
 
 __all__ = ["Sample", "Scale", "estimate_scale", "spread_subsample"]
 
-FEW = 20000
+MANY = 100_000
+FEW = 20_000
 CANDIDATES = 5000
 SEEDS = 160
 
@@ -28,22 +29,26 @@ class Sample:
     ----------
     points : (N, 3) array
         Working coordinates.
+    many : (min(N, 100000), 3) array
+        A spread subsample for the march: more samples show no more topology.
     few : (min(N, 20000), 3) array
-        A spread subsample of them.
+        A spread subsample for first passes and for questions of counting.
     """
 
     points: NDArray[np.float64]
+    many: NDArray[np.float64]
     few: NDArray[np.float64]
 
     @property
     def thinning(self) -> float:
-        """Share of the points that are in ``few``."""
-        return len(self.few) / len(self.points)
+        """Share of the marched points that are in ``few``."""
+        return len(self.few) / len(self.many)
 
     @classmethod
     def of(cls, points: NDArray[np.float64]) -> Sample:
-        """Draw the subsample."""
-        return cls(points, points if len(points) <= FEW else points[spread_subsample(points, FEW)])
+        """Draw the subsamples."""
+        many = points if len(points) <= MANY else points[spread_subsample(points, MANY)]
+        return cls(points, many, many if len(many) <= FEW else many[spread_subsample(many, FEW)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +60,7 @@ class Scale:
     sigma : float
         Noise standard deviation normal to the curve, in units of the points.
     density : float
-        Samples per unit length, typical of the curve's length.
+        Marched samples per unit length, typical of the curve's length.
     radius : float
         Typical optimal radius.
     curvature : float
@@ -115,7 +120,7 @@ def estimate_scale(sample: Sample, extent: float, flat: bool) -> Scale | None:
     found = balls.found
     if not found.any():
         return None
-    thinning = len(sample.points) / len(candidates)
+    thinning = len(sample.many) / len(candidates)
     sigma = float(np.median(balls.sigma[found]))
     radius = float(np.median(balls.radius[found]))
     # Seeds fall where samples are many: weighting by 1/density turns "typical sample" into "typical length".

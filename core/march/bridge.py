@@ -95,7 +95,7 @@ def admissible_bridges(sample: Sample, opened: list[Fragment]) -> list[Bridge]:
     opened : list of Fragment
         Open ones.
     """
-    confidence = float(np.log(max(len(sample.points), 2))) + CONFIDENCE
+    confidence = float(np.log(max(len(sample.many), 2))) + CONFIDENCE
     ends = [(k, last) for k in range(len(opened)) for last in (False, True)]
     places = np.array([opened[k].nodes[-1 if last else 0, :3] for k, last in ends])
     pairs = sorted((float(np.linalg.norm(places[a] - places[b])), a, b) for a, b in _near_pairs(places))

@@ -23,6 +23,7 @@ from core.refine.polyline import Polyline
 __all__ = ["Fragment", "Pace", "march_all"]
 
 MOST_NODES = 20000
+MOST_RADIUS = 0.25  # of the extent
 BACKWARD = 1 << 30  # numbers of the nodes marched against the start's direction
 ROUNDS = 12
 RESTARTS = 160
@@ -134,12 +135,14 @@ def _march_seeds(grid: Grid, books: Books, pace: Pace, balls: Balls, fragments: 
         fragment = _both_ways(grid, books, pace, start, len(fragments))
         if fragment is not None:
             fragments.append(fragment)
+        else:  # a false start leaves no trace
+            books.owner[books.owner == len(fragments)] = -1
 
 
 def _start(grid: Grid, books: Books, pace: Pace, balls: Balls, s: int, me: int) -> NDArray[np.float64] | None:
     """The first node: a ball's line, turned into a strip's quadratic; None where passed before."""
     sigma = max(pace.scale.sigma, 0.25 * float(balls.sigma[s]))
-    radius = pace.radius or max(float(balls.radius[s]), 3.0 * sigma)
+    radius = pace.radius or max(min(float(balls.radius[s]), MOST_RADIUS * pace.extent), 3.0 * sigma)
     node = np.zeros(NODE_SIZE)
     at = np.concatenate([balls.centre[s], _direction(grid, pace, balls, s), np.zeros(3)])
     limits = np.array([me, 0, pace.max_uses, 1 if pace.flat else 2])
@@ -179,18 +182,25 @@ def _both_ways(grid: Grid, books: Books, pace: Pace, start: NDArray[np.float64],
     radius, half = start[RADIUS], max(HALF_WIDTH * start[SIGMA], 0.02 * start[RADIUS])
     own_strip(grid, books, me, 0, start, 0.5 * radius, radius, half)
     ahead, status, other, other_node = _one_way(grid, books, pace, start, me, 0)
-    closed = status == MET and other == me and other_node <= 2 and len(ahead) >= 5
+    closed = status == MET and other == me and other_node <= 2 and _comes_round(ahead, start)
     behind = ahead[:0]
     if not closed:
         back = start.copy()
         back[3:6] *= -1.0
         behind, status, other, other_node = _one_way(grid, books, pace, back, me, BACKWARD)
         closed = status == MET and other == me and len(ahead) - 3 <= other_node <= len(ahead)
-        closed = closed and len(ahead) + len(behind) >= 5
+        closed = closed and _comes_round(behind, ahead[-1] if len(ahead) else start)
     behind = behind[::-1].copy()
     behind[:, 3:6] *= -1.0
     nodes = np.concatenate([behind, start[None], ahead])
     return Fragment(nodes, closed) if len(nodes) >= 3 else None
+
+
+def _comes_round(nodes: NDArray[np.float64], goal: NDArray[np.float64]) -> bool:
+    """Whether a walk of several steps ends within two radii of the node that it met."""
+    if len(nodes) < 5:
+        return False
+    return bool(np.linalg.norm(nodes[-1, :3] - goal[:3]) < 2.0 * max(nodes[-1, RADIUS], goal[RADIUS]))
 
 
 def _one_way(
@@ -201,7 +211,15 @@ def _one_way(
     limits = np.array([me, 0, pace.max_uses, 1 if pace.flat else 2])
     empty = np.log(max(len(grid.points), 2)) + 3.0
     lengths = np.array(
-        [scale.sigma, scale.density, pace.radius, pace.step, 0.25 * pace.extent, empty, pace.radius_scale]
+        [
+            scale.sigma,
+            scale.density,
+            pace.radius,
+            pace.step,
+            MOST_RADIUS * pace.extent,
+            empty,
+            pace.radius_scale,
+        ]
     )
     count, status, other, other_node = march(grid, books, limits, lengths, start, first, nodes)
     return nodes[:count].copy(), int(status), int(other), int(other_node)

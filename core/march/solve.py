@@ -52,7 +52,7 @@ def solve_march(sample: Sample, pace: Pace) -> Marched:
 
 
 def _once(sample: Sample, judged: Sample, pace: Pace) -> tuple[Marched, float]:
-    fragments, passed = march_all(sample.points, pace)
+    fragments, passed = march_all(sample.many, pace)
     fragments = prune_fragments(sample, fragments, pace.scale.sigma)
     curves = join_fragments(sample, fragments)
     smooth = refine_curves(judged, curves, pace.scale.sigma, pace.flat, passes=2).curves if curves else ()

@@ -155,7 +155,17 @@ def _refit(points: Floats, station: Floats, distance: Floats, state: _State, rul
     bins = bin_samples(points, station, span, _bin_count(span, sigma, len(points)), line.closed)
     variance = float(np.mean(distance**2))
     h = select_bandwidths(bins, _candidates(bins, sigma, state.bandwidths), variance)
-    return _evaluate(bins, h, distance, sigma, rules)
+    refitted = _evaluate(bins, h, distance, sigma, rules)
+    if _has_run_away(refitted.line, line, max(rules.cut * sigma, 0.05 * span)):
+        return replace(state, error=np.zeros(len(line.vertices)))
+    return refitted
+
+
+def _has_run_away(line: Polyline, last: Polyline, reach: float) -> bool:
+    """Whether a fit left the last course: a polynomial that too few samples hold may go anywhere."""
+    if not np.all(np.isfinite(line.vertices)):
+        return True
+    return bool(np.any(project(line.vertices, [last], reach).curve < 0))
 
 
 def _bin_count(span: float, sigma: float, samples: int) -> int:

@@ -12,7 +12,7 @@ DIMENSIONS = st.sampled_from([2, 3])
 
 @st.composite
 def lattices(draw):
-    """Points with small integer coordinates, and the square of an epsilon: distances tie with it all the time."""
+    """Points with small integer coordinates, and the square of an epsilon: ties all the time."""
     dimension = draw(DIMENSIONS)
     extent = draw(st.integers(1, 60 if dimension == 2 else 12))
     seed = draw(st.integers(0, 2**32 - 1))
@@ -96,9 +96,9 @@ def test_crowded_cells_touch_exactly_when_a_pair_does(shape, gap):
     line = np.column_stack((t, np.zeros_like(t)))
     near, far = {
         "arcs": (arc * 1e3, arc * (1e3 + gap)),
-        "lines": (line, line + [0, gap]),
+        "lines": (line, np.add(line, [0, gap])),
         "clump and arc": (line * 1e-12, arc * gap),
-        "staggered": (line[::2], line[1::2] + [0, gap]),
+        "staggered": (line[::2], np.add(line[1::2], [0, gap])),
     }[shape]
     smallest = brute_distance(near, far)
     assert 0.999 < smallest < 1.001

@@ -168,12 +168,11 @@ def test_points_are_left_as_they_were():
 
 
 def test_the_room_is_entered_without_compiled_code():
-    program = "import sys, core.cloud, core.cloud.points; sys.exit('numba' in sys.modules or 'scipy' in sys.modules)"
+    program = "import sys, core.cloud.points; sys.exit('numba' in sys.modules or 'scipy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0  # noqa: S603
 
 
 def test_all_public_names_are_there():
     for name in core.cloud.__all__:
         assert callable(getattr(core.cloud, name))
-    with pytest.raises(AttributeError, match="no_such_name"):
-        core.cloud.no_such_name
+    assert not hasattr(core.cloud, "no_such_name")
