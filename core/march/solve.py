@@ -55,6 +55,10 @@ def _once(sample: Sample, judged: Sample, pace: Pace) -> tuple[Marched, float]:
     fragments, passed = march_all(sample.many, pace)
     fragments = prune_fragments(sample, fragments, pace.scale.sigma)
     curves = join_fragments(sample, fragments)
-    smooth = refine_curves(judged, curves, pace.scale.sigma, pace.flat, passes=2).curves if curves else ()
+    smooth = (
+        refine_curves(judged, curves, pace.scale.sigma, pace.flat, passes=2, corners=False).curves
+        if curves
+        else ()
+    )
     nats = description_length(judged.points, smooth, pace.scale.sigma, pace.extent, pace.flat)
     return Marched(curves, fragments, nats), 1.0 - float(passed.mean())

@@ -14,23 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.cloud.sampling import Sample
+from core.refine.corners import find_corners
+from core.refine.course import Rules, fit_course
 from core.refine.ends import ends_of, prolonged
-from core.refine.noise import noise_of
+from core.refine.pieces import fit_pieces
 from core.refine.polyline import Polyline
 from core.refine.project import Feet, project
-from core.refine.regression import Bandwidths, Bins, Fit, bin_samples, local_fit, select_bandwidths
+from core.refine.regression import Bandwidths
 
 __all__ = ["CUT", "Refined", "as_they_are", "refine_curves"]
 
 Floats = NDArray[np.float64]
 
-LEAST_BANDWIDTH = 8.0  # in sigma: below, wiggles reinforce themselves
 CUT = 4.0  # in sigma: farther samples take no part
 PROLONGED = 3.0  # in sigma: how far an open curve may grow in one pass
 LEAST_SAMPLES = 8
 PASSES = 3
-RATIO = 1.25  # of neighbouring bandwidths
-NARROW = 2.0  # later passes look for the bandwidth within this factor of the last
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +64,7 @@ def refine_curves(
     cut: float = CUT,
     spacing: float | None = None,
     passes: int = PASSES,
+    corners: bool = True,
 ) -> Refined:
     """Iterate projection and regression, on a subsample first, on all samples last.
 
@@ -83,25 +83,20 @@ def refine_curves(
         Spacing of the result's vertices; by default fine enough for the standard error.
     passes : int
         Iterations over the subsample; one over all samples follows.
+    corners : bool
+        Whether to keep corners sharp.
     """
-    rules = _Rules(1 if flat else 2, cut, None)
+    rules = Rules(1 if flat else 2, cut, None)
     states = [_State(line, sigma, np.zeros(len(line.vertices)), None) for line in curves]
     for _ in range(passes):
         states = _one_pass(sample.few, states, rules)
     states = _one_pass(sample.points, states, replace(rules, spacing=spacing))
+    if corners:
+        states = _with_corners(sample.points, states, replace(rules, spacing=spacing))
     lines = [state.line for state in states]
     sigmas = np.array([state.sigma for state in states])
     feet = project(sample.points, lines, _reach(sigmas, cut))
     return Refined(tuple(lines), feet, _noise(feet, sigmas), sigmas, tuple(state.error for state in states))
-
-
-@dataclass(frozen=True, slots=True)
-class _Rules:
-    """Number of normal directions, cut in sigma, and the wished spacing of vertices."""
-
-    normals: int
-    cut: float
-    spacing: float | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +113,7 @@ def _reach(sigmas: Floats, cut: float) -> float:
     return max(float(sigmas.max()) * cut, 1e-9)
 
 
-def _one_pass(samples: Floats, states: list[_State], rules: _Rules) -> list[_State]:
+def _one_pass(samples: Floats, states: list[_State], rules: Rules) -> list[_State]:
     """Project all samples, and refit every curve to its own."""
     sigmas = np.array([state.sigma for state in states])
     lines = [prolonged(state.line, PROLONGED * state.sigma) for state in states]
@@ -131,6 +126,18 @@ def _one_pass(samples: Floats, states: list[_State], rules: _Rules) -> list[_Sta
     ]
 
 
+def _with_corners(samples: Floats, states: list[_State], rules: Rules) -> list[_State]:
+    """Find the corners of every curve, and fit the pieces between them one by one."""
+    sigmas = np.array([state.sigma for state in states])
+    feet = project(samples, [state.line for state in states], _reach(sigmas, rules.cut))
+    out = []
+    for mine, state in zip(_groups(feet.curve, feet.curve >= 0, len(states)), states, strict=True):
+        corners = find_corners(samples[mine], feet.station[mine], state.line, state.sigma)
+        pieces = fit_pieces(samples[mine], state.line, corners, state.sigma, rules) if corners else None
+        out.append(state if pieces is None else replace(state, line=pieces[0], error=pieces[1]))
+    return out
+
+
 def _groups(curve: NDArray[np.int64], near: NDArray[np.bool_], count: int) -> list[NDArray[np.int64]]:
     """Indices of the near samples of each curve."""
     if count == 1:
@@ -141,24 +148,24 @@ def _groups(curve: NDArray[np.int64], near: NDArray[np.bool_], count: int) -> li
     return [order[bounds[k] : bounds[k + 1]] for k in range(count)]
 
 
-def _refit(points: Floats, station: Floats, distance: Floats, state: _State, rules: _Rules) -> _State:
+def _refit(points: Floats, station: Floats, distance: Floats, state: _State, rules: Rules) -> _State:
     """Regress one curve on the arc length of its samples' feet."""
     line, sigma = state.line, state.sigma
+    stay = replace(state, error=np.zeros(len(line.vertices)))
     if len(points) < LEAST_SAMPLES:
-        return replace(state, error=np.zeros(len(line.vertices)))
+        return stay
     low, high = (0.0, line.length) if line.closed else ends_of(station, line.length, sigma)
     span = high - low
     keep = np.ones(len(points), np.bool_) if line.closed else (station >= low) & (station <= high)
     if span <= 0.0 or np.count_nonzero(keep) < LEAST_SAMPLES:
-        return replace(state, error=np.zeros(len(line.vertices)))
-    points, station, distance = points[keep], station[keep] - low, distance[keep]
-    bins = bin_samples(points, station, span, _bin_count(span, sigma, len(points)), line.closed)
-    variance = float(np.mean(distance**2))
-    h = select_bandwidths(bins, _candidates(bins, sigma, state.bandwidths), variance)
-    refitted = _evaluate(bins, h, distance, sigma, rules)
-    if _has_run_away(refitted.line, line, max(rules.cut * sigma, 0.05 * span)):
-        return replace(state, error=np.zeros(len(line.vertices)))
-    return refitted
+        return stay
+    course = fit_course(
+        points[keep], station[keep] - low, distance[keep], span, line.closed, sigma, rules, state.bandwidths
+    )
+    fitted = Polyline(course.vertices, line.closed)
+    if _has_run_away(fitted, line, max(rules.cut * sigma, 0.05 * span)):
+        return stay
+    return _State(fitted, course.noise, course.error, course.bandwidths)
 
 
 def _has_run_away(line: Polyline, last: Polyline, reach: float) -> bool:
@@ -166,49 +173,6 @@ def _has_run_away(line: Polyline, last: Polyline, reach: float) -> bool:
     if not np.all(np.isfinite(line.vertices)):
         return True
     return bool(np.any(project(line.vertices, [last], reach).curve < 0))
-
-
-def _bin_count(span: float, sigma: float, samples: int) -> int:
-    """Bins a twelfth of the least bandwidth wide, at least 100, never many more than samples."""
-    wished = 12.0 * span / max(LEAST_BANDWIDTH * sigma, 1e-6 * span)
-    count = min(max(wished, 100.0), 4000.0, max(samples / 2.0, 8.0))
-    # Multiples of powers of two merge well.
-    unit = 1 << max(int(np.log2(count)) - 4, 0)
-    return int(max(count // unit, 1)) * unit
-
-
-def _candidates(bins: Bins, sigma: float, last: Bandwidths | None) -> Floats:
-    """Bandwidths from eight sigma or eight samples to half the curve, or about the last ones."""
-    samples = float(bins.count.sum())
-    low = max(LEAST_BANDWIDTH * sigma, 8.0 * bins.length / samples, 2.5 * bins.length / len(bins.station))
-    high = max(0.5 * bins.length, 1.01 * low)
-    if last is not None:
-        low = min(max(low, min(last.inside, last.ends) / NARROW), high / 1.01)
-        high = max(min(high, max(last.inside, last.ends) * NARROW), 1.01 * low)
-    return np.geomspace(low, high, max(int(np.log(high / low) / np.log(RATIO)) + 1, 2))
-
-
-def _evaluate(bins: Bins, h: Bandwidths, distance: Floats, sigma: float, rules: _Rules) -> _State:
-    """Put the fitted curve at equidistant stations, with its noise and its standard error."""
-    fitted = local_fit(bins, bins.station, h)
-    spent = float(np.sum(bins.count * fitted.leverage))
-    noise = noise_of(distance, spent, sigma, rules.cut, rules.normals)
-    count = _vertex_count(bins, fitted, noise, h.inside, rules.spacing)
-    at = np.linspace(0.0, bins.length, count + (1 if bins.closed else 0))[:count]
-    fit = local_fit(bins, at, h)
-    vertices = fit.value + 0.5 * noise**2 * fit.second
-    error = noise * np.sqrt(np.maximum(fit.leverage, 0.0))
-    return _State(Polyline(vertices, bins.closed), noise, error, h)
-
-
-def _vertex_count(bins: Bins, fit: Fit, noise: float, h: float, spacing: float | None) -> int:
-    """Chords deviate by at most a fifth of the standard error, within 64 to 4000 vertices."""
-    if spacing is not None:
-        return int(min(max(np.ceil(bins.length / spacing), 3), 1_000_000)) + (0 if bins.closed else 1)
-    curvature = float(np.quantile(np.linalg.norm(fit.second, axis=1), 0.95))
-    error = noise * np.sqrt(max(float(np.median(fit.leverage)), 0.0))
-    chord = np.sqrt(8.0 * 0.2 * max(error, 1e-9 * bins.length) / max(curvature, 1e-9 / bins.length))
-    return int(min(max(bins.length / min(chord, 0.25 * h), 64.0), 4000.0))
 
 
 def _noise(feet: Feet, sigmas: Floats) -> float:

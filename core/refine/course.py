@@ -1,0 +1,118 @@
+"""One regression: samples with known stations along a stretch of curve become its fitted course."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.refine.noise import noise_of
+from core.refine.regression import Bandwidths, Bins, Fit, bin_samples, local_fit, select_bandwidths
+
+__all__ = ["Course", "Rules", "fit_course"]
+
+Floats = NDArray[np.float64]
+
+LEAST_BANDWIDTH = 8.0  # in sigma: below, wiggles reinforce themselves
+RATIO = 1.25  # of neighbouring bandwidths
+NARROW = 2.0  # later passes look for the bandwidth within this factor of the last
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What is the same for all fits.
+
+    Attributes
+    ----------
+    normals : int
+        Number of normal directions: 1 in a plane, 2 in space.
+    cut : float
+        Samples farther than this many sigma take no part.
+    spacing : float or None
+        Spacing of the vertices; None: fine enough for the standard error.
+    """
+
+    normals: int
+    cut: float
+    spacing: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """A fitted stretch: vertices (M, 3), standard errors (M,), noise and bandwidths."""
+
+    vertices: Floats
+    error: Floats
+    noise: float
+    bandwidths: Bandwidths
+
+
+def fit_course(
+    points: Floats,
+    station: Floats,
+    distance: Floats,
+    span: float,
+    closed: bool,
+    sigma: float,
+    rules: Rules,
+    last: Bandwidths | None = None,
+) -> Course:
+    """Regress samples on their stations, free of the bias that curvature gives.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+    station : (N,) array
+        Arc lengths of their feet, in [0, span].
+    distance : (N,) array
+        Distances to their feet.
+    span : float
+        Length of the stretch.
+    closed : bool
+    sigma : float
+        Noise estimate.
+    rules : Rules
+    last : Bandwidths, optional
+        Of the pass before, to search about.
+    """
+    bins = bin_samples(points, station, span, _bin_count(span, sigma, len(points)), closed)
+    h = select_bandwidths(bins, _candidates(bins, sigma, last), float(np.mean(distance**2)))
+    fitted = local_fit(bins, bins.station, h)
+    spent = float(np.sum(bins.count * fitted.leverage))
+    noise = noise_of(distance, spent, sigma, rules.cut, rules.normals)
+    count = _vertex_count(bins, fitted, noise, h.inside, rules.spacing)
+    at = np.linspace(0.0, span, count + (1 if closed else 0))[:count]
+    fit = local_fit(bins, at, h)
+    vertices = fit.value + 0.5 * noise**2 * fit.second
+    return Course(vertices, noise * np.sqrt(np.maximum(fit.leverage, 0.0)), noise, h)
+
+
+def _bin_count(span: float, sigma: float, samples: int) -> int:
+    """Bins a twelfth of the least bandwidth wide, at least 100, never many more than samples."""
+    wished = 12.0 * span / max(LEAST_BANDWIDTH * sigma, 1e-6 * span)
+    count = min(max(wished, 100.0), 4000.0, max(samples / 2.0, 8.0))
+    # Multiples of powers of two merge well.
+    unit = 1 << max(int(np.log2(count)) - 4, 0)
+    return int(max(count // unit, 1)) * unit
+
+
+def _candidates(bins: Bins, sigma: float, last: Bandwidths | None) -> Floats:
+    """Bandwidths from eight sigma or eight samples to half the curve, or about the last ones."""
+    samples = float(bins.count.sum())
+    low = max(LEAST_BANDWIDTH * sigma, 8.0 * bins.length / samples, 2.5 * bins.length / len(bins.station))
+    high = max(0.5 * bins.length, 1.01 * low)
+    if last is not None:
+        low = min(max(low, min(last.inside, last.ends) / NARROW), high / 1.01)
+        high = max(min(high, max(last.inside, last.ends) * NARROW), 1.01 * low)
+    return np.geomspace(low, high, max(int(np.log(high / low) / np.log(RATIO)) + 1, 2))
+
+
+def _vertex_count(bins: Bins, fit: Fit, noise: float, h: float, spacing: float | None) -> int:
+    """Chords deviate by at most a fifth of the standard error, within 64 to 4000 vertices."""
+    if spacing is not None:
+        return int(min(max(np.ceil(bins.length / spacing), 3), 1_000_000)) + (0 if bins.closed else 1)
+    curvature = float(np.quantile(np.linalg.norm(fit.second, axis=1), 0.95))
+    error = noise * np.sqrt(max(float(np.median(fit.leverage)), 0.0))
+    chord = np.sqrt(8.0 * 0.2 * max(error, 1e-9 * bins.length) / max(curvature, 1e-9 / bins.length))
+    return int(min(max(bins.length / min(chord, 0.25 * h), 64.0), 4000.0))

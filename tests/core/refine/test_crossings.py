@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.refine.crossings import crossings
+from core.refine.polyline import Polyline
+from core.truth import point_set
+from tests.core.shapes import in_space, rotation
+
+
+def flat(rows, closed=False):
+    return Polyline(in_space(np.array(rows, float)), closed)
+
+
+def places(meetings):
+    return np.array([m.place for m in meetings]).reshape(-1, 3)
+
+
+def true_polylines(name, count=400):
+    return [Polyline(in_space(c.exact.polyline(count)), c.closed) for c in point_set(name, n=10).curves]
+
+
+@pytest.mark.parametrize("name", ["figure_8", "double_8", "lissajous", "circle", "star", "nested", "spiral"])
+@pytest.mark.parametrize("count", [397, 400])
+def test_the_exact_curves_cross_where_they_do(name, count):
+    truth = point_set(name, n=10).crossings
+    found = places(crossings(true_polylines(name, count)))[:, :2]
+    assert len(found) == len(truth)
+    for place in truth:
+        assert np.linalg.norm(found - place, axis=1).min() < 0.02
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_two_random_lines_cross_where_shapely_says(seed):
+    rng = np.random.default_rng(seed)
+    a, b = (np.cumsum(rng.normal(size=(12, 2)), axis=0) for _ in range(2))
+    met = shapely.get_coordinates(shapely.intersection(shapely.LineString(a), shapely.LineString(b)))
+    between = [m for m in crossings([flat(a), flat(b)]) if m.curves == (0, 1)]
+    found = places(between)[:, :2]
+    assert len(found) == len(met)
+    np.testing.assert_allclose(found[np.lexsort(found.T)], met[np.lexsort(met.T)], atol=1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_a_line_is_simple_when_shapely_says_so(seed, closed):
+    rng = np.random.default_rng(seed)
+    line = flat(np.cumsum(rng.normal(size=(rng.integers(4, 9), 2)), axis=0), closed)
+    simple = shapely.is_simple(shapely.LineString(line.ring[:, :2]))
+    assert (len(crossings([line])) == 0) == simple
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.05, np.pi - 0.05), st.integers(0, 2**32 - 1))
+def test_the_angle_is_that_between_the_lines(angle, seed):
+    rng = np.random.default_rng(seed)
+    turn, shift = rotation(rng, 2), rng.normal(size=2)
+    one = np.array([(-1.0, 0.0), (1.5, 0.0)]) @ turn.T + shift
+    two = np.array([(-1.0, -1.0), (2.0, 2.0)]) * (np.cos(angle), np.sin(angle)) @ turn.T + shift
+    (meeting,) = crossings([flat(one), flat(two)])
+    assert meeting.curves == (0, 1)
+    assert meeting.angle == pytest.approx(np.degrees(min(angle, np.pi - angle)), abs=1e-6)
+    np.testing.assert_allclose(meeting.place, [*shift, 0.0], atol=1e-9)
+
+
+def test_curves_are_named_in_their_order():
+    lines = [flat([(0, 9), (1, 9)]), flat([(0, 0), (1, 1)]), flat([(0, 1), (1, 0)])]
+    (meeting,) = crossings(lines)
+    assert meeting.curves == (1, 2)
+    assert meeting.angle == pytest.approx(90.0)
+
+
+def test_a_closing_edge_can_be_crossed():
+    triangle, stick = [(0, 0), (4, 0), (2, 3)], [(0.0, 1.0), (2.0, 1.0)]
+    assert len(crossings([flat(triangle, True), flat(stick)])) == 1
+    assert len(crossings([flat(triangle, False), flat(stick)])) == 0
+
+
+def test_a_crossing_in_a_common_vertex_counts_once():
+    one, two = [(-1, -1), (0, 0), (1, 1)], [(-1, 1), (0, 0), (1, -1)]
+    (meeting,) = crossings([flat(one), flat(two)])
+    np.testing.assert_allclose(meeting.place, 0.0, atol=1e-12)
+
+
+def test_a_curve_may_cross_itself_in_a_vertex():
+    bow = flat([(-1, -1), (0, 0), (1, 1), (1, -1), (0, 0), (-1, 1)], True)
+    (meeting,) = crossings([bow])
+    assert meeting.curves == (0, 0)
+
+
+def test_neighbouring_edges_do_not_cross():
+    assert crossings([flat([(0, 0), (1, 0), (1, 1), (0, 1)], True)]) == []
+    assert crossings([flat([(0, 0), (1, 0), (1, 1)], True)]) == []
+    assert crossings([flat([(0, 0), (1, 0), (0.2, 0.1)])]) == []
+
+
+def test_curves_on_top_of_each_other_do_not_cross():
+    one = [(0, 0), (1, 0.0), (2, 0.0)]
+    assert crossings([flat(one), flat(one)]) == []
+    assert crossings([flat(one), flat([(0.5, 0.0), (3.0, 0.0)])]) == []
+
+
+def test_an_edge_without_length_is_no_obstacle():
+    lines = [flat([(-1, 0), (-1, 0), (1, 0), (1, 0)]), flat([(0, -1), (0, -1), (0, 1)])]
+    (meeting,) = crossings(lines)
+    assert meeting.angle == pytest.approx(90.0)
+
+
+def test_no_curves_no_crossings():
+    assert crossings([]) == []
