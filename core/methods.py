@@ -13,12 +13,13 @@ from core.cloud.frame import is_quasi_planar
 from core.cloud.partition import partition as _partition
 from core.cloud.points import as_points
 from core.cloud.sampling import Sample, estimate_scale
-from core.cloud.working_frame import working_frame
+from core.cloud.working_frame import WorkingFrame, working_frame
 from core.errors import DegenerateInput
-from core.march.fragments import Pace
-from core.march.solve import solve_march
+from core.march.chain import chain_neighbours
+from core.march.fragments import Fragment, Pace
+from core.march.solve import Marched, solve_march
 from core.parameters import PartitionParameters, PcaParameters
-from core.refine.principal_curve import CUT, as_they_are, refine_curves
+from core.refine.principal_curve import CUT, Refined, as_they_are, refine_curves
 from core.report import Solved, report
 from core.results import Component, Partition, Reconstruction
 
@@ -26,7 +27,8 @@ __all__ = ["partition", "pca"]
 
 Floats = NDArray[np.float64]
 
-LEAST_POINTS = 10
+LEAST_POINTS = 6
+LEAST_EXPLAINED = 0.9  # share of samples on the marched curves, below which neighbours are linked instead
 CUTS = {"auto": CUT, "keep": 12.0, "reject": 3.0}  # in sigma
 
 
@@ -102,29 +104,46 @@ def _march_component(
     """One component from the input frame to refined curves; None where nothing lines up."""
     flat = _is_flat(points, parameters.planar)
     work, frame = working_frame(points, component.frame.axes, flat)
-    extent = float(np.sqrt(np.einsum("ij,ij->i", work, work).max()))
     sample = Sample.of(work)
+    cut = CUTS[parameters.outliers]
+    spacing = parameters.vertex_spacing / frame.scale if parameters.vertex_spacing else None
+    found = _march(sample, frame, parameters)
+    fragments: list[Fragment] = []
+    refined: Refined | None = None
+    if found is not None:
+        marched, sigma = found
+        settle = refine_curves if parameters.refine else as_they_are
+        refined, fragments = (
+            settle(sample, marched.curves, sigma, frame.flat, cut, spacing),
+            marched.fragments,
+        )
+    if refined is None or np.mean(refined.feet.curve >= 0) < LEAST_EXPLAINED:
+        chain = chain_neighbours(work)
+        if chain is not None:
+            refined, fragments = as_they_are(sample, chain, 0.0, frame.flat, cut, spacing), []
+    if refined is None:
+        return None
+    return Solved(component, members, frame, refined, fragments, cut, parameters.outliers != "keep")
+
+
+def _march(sample: Sample, frame: WorkingFrame, parameters: PcaParameters) -> tuple[Marched, float] | None:
+    """March, and say how much noise was seen; None where no ball or no march is to be had."""
+    extent = float(np.sqrt(np.einsum("ij,ij->i", sample.points, sample.points).max()))
     scale = estimate_scale(sample, extent, frame.flat) if extent > 0 else None
     if scale is None:
         return None
     pace = Pace(
-        scale, extent, frame.flat,
+        scale,
+        extent,
+        frame.flat,
         radius=(parameters.radius or 0.0) / frame.scale,
         step=(parameters.step or 0.0) / frame.scale,
         max_uses=parameters.max_uses or 0,
         estimator=parameters.estimator,
         seed=parameters.seed,
-    )  # fmt: skip
-    marched = solve_march(sample, pace)
-    if not marched.curves:
-        return None
-    cut = CUTS[parameters.outliers]
-    spacing = parameters.vertex_spacing / frame.scale if parameters.vertex_spacing else None
-    settle = refine_curves if parameters.refine else as_they_are
-    refined = settle(sample, marched.curves, scale.sigma, frame.flat, cut, spacing)
-    return Solved(
-        component, members, frame, refined, scale, marched.fragments, cut, parameters.outliers != "keep"
     )
+    marched = solve_march(sample, pace)
+    return (marched, scale.sigma) if marched.curves else None
 
 
 def _is_flat(points: Floats, planar: bool | None) -> bool:

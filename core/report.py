@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from core.cloud.sampling import Scale
 from core.cloud.working_frame import WorkingFrame
 from core.march.fragments import Fragment
 from core.march.strip import N_ALL
@@ -49,7 +48,6 @@ class Solved:
     members: Ints
     frame: WorkingFrame
     refined: Refined
-    scale: Scale
     fragments: list[Fragment]
     cut: float
     reject: bool

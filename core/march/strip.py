@@ -265,10 +265,10 @@ def own_strip(grid, books, me, node, at, reach, r, half):  # type: ignore[no-unt
 
 @njit(cache=True)
 def passed_share(grid, books, at, r, half):  # type: ignore[no-untyped-def]
-    """Share of the strip's samples that any march has passed; 1 for an empty strip."""
+    """Share of the strip's samples that any march has passed; 0 for an empty strip."""
     count = gather_strip(grid, at, r, half, books.found, books.local)
     passed = 0
     for j in range(count):
         if books.owner[books.found[j]] >= 0:
             passed += 1
-    return passed / count if count > 0 else 1.0
+    return passed / count if count > 0 else 0.0

@@ -103,10 +103,28 @@ def test_curves_on_top_of_each_other_do_not_cross():
     assert crossings([flat(one), flat([(0.5, 0.0), (3.0, 0.0)])]) == []
 
 
-def test_an_edge_without_length_is_no_obstacle():
-    lines = [flat([(-1, 0), (-1, 0), (1, 0), (1, 0)]), flat([(0, -1), (0, -1), (0, 1)])]
-    (meeting,) = crossings(lines)
+@pytest.mark.parametrize("x", [-1.0, -0.5, 0.0])
+def test_a_repeated_vertex_is_no_obstacle(x):
+    one, two = flat([(-1, 0), (x, 0), (x, 0), (1, 0)]), flat([(0, -1), (0, 1)])
+    (meeting,) = crossings([one, two])
     assert meeting.angle == pytest.approx(90.0)
+    np.testing.assert_allclose(meeting.place, 0.0, atol=1e-12)
+
+
+def test_a_curve_shrunk_to_a_point_crosses_nothing():
+    dot = flat([(0.3, 0.3)] * 5, True)
+    assert crossings([dot, flat([(0, 0), (1, 1)])]) == []
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_the_direction_of_a_curve_does_not_matter(seed, closed):
+    rng = np.random.default_rng(seed)
+    one, two = (np.cumsum(rng.normal(size=(9, 2)), axis=0) for _ in range(2))
+    there = places(crossings([flat(one, closed), flat(two)]))
+    back = places(crossings([flat(one[::-1], closed), flat(two[::-1])]))
+    assert len(there) == len(back)
+    np.testing.assert_allclose(there[np.lexsort(there.T)], back[np.lexsort(back.T)], atol=1e-9)
 
 
 def test_no_curves_no_crossings():

@@ -1,0 +1,32 @@
+"""As much of curl as the README asks for, where curl itself is not installed."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import httpx
+
+
+def main() -> None:
+    """Send one request; write the body of the answer."""
+    parser = argparse.ArgumentParser(allow_abbrev=False)
+    parser.add_argument("-s", "--silent", action="store_true")
+    parser.add_argument("-H", "--header", action="append", default=[])
+    parser.add_argument("-o", "--output")
+    parser.add_argument("-d", "--data", "--data-binary", dest="data")
+    parser.add_argument("url")
+    options = parser.parse_args()
+    headers = dict(header.split(": ", 1) for header in options.header)
+    body = sys.stdin.buffer.read() if options.data == "@-" else (options.data or "").encode()
+    method = "GET" if options.data is None else "POST"
+    content = httpx.request(method, options.url, headers=headers, content=body, timeout=60).content
+    if options.output:
+        Path(options.output).write_bytes(content)
+    else:
+        sys.stdout.buffer.write(content)
+
+
+if __name__ == "__main__":
+    main()

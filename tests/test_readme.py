@@ -1,0 +1,302 @@
+"""The README is true: what it shows is run as it stands there, and what it lists is complete."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, get_args
+from xml.etree import ElementTree
+
+import httpx
+import pytest
+import shapely
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from core.parameters import PartitionParameters, PcaParameters
+from service import problems
+from service.answers import PartitionAnswer, ReconstructionAnswer
+from service.app import create_app
+from service.cli import main
+from service.intake import MEDIA_TYPES
+from service.intake.errors import _KINDS
+from service.processes import PROCESSES
+from service.render import FORMS
+from service.settings import Settings
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+ADDRESS = "http://127.0.0.1:8000"
+CLIENTS = ["stand-in", *(["curl"] if shutil.which("curl") else [])]
+Shell = Callable[[str], bytes]
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+
+
+def block(language: str, word: str) -> str:
+    """Return the one block in a language that has this word."""
+    (only,) = [text for text in blocks(language) if word in text]
+    return only
+
+
+def section(title: str) -> str:
+    """Return the text below a heading, up to the next heading."""
+    return re.split(rf"^#+ {title}$", README, flags=re.MULTILINE)[1].split("\n#")[0]
+
+
+def table(text: str) -> list[list[str]]:
+    """Return the cells of the first table in a text, without its head."""
+    rows = re.search(r"^\|.*\n\|[-|]+\n((?:\|.*\n)+)", text, flags=re.MULTILINE)
+    assert rows is not None
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in rows[1].splitlines()]
+
+
+def code(text: str) -> list[str]:
+    """Return what is set as code within the lines of a text."""
+    prose = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+    return re.findall(r"`([^`]+)`", prose)
+
+
+# --- what is shown is run ---------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Serve as ``make run`` does, on a free port."""
+    directory = tmp_path_factory.mktemp("readme")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    given = {"PORT": str(port), "WORKERS": "1", "DATA_DIR": str(directory / "data"), "LOG_LEVEL": "warning"}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)} | {
+        f"TAPELINE_{name}": value for name, value in given.items()
+    }
+    command = [sys.executable, "-m", "service"]
+    process = subprocess.Popen(command, env=environment, cwd=directory)  # noqa: S603 # our own server
+    try:
+        url = f"http://127.0.0.1:{port}"
+        _wait_until_ready(url, process)
+        yield url
+    finally:
+        process.terminate()
+        process.wait(20)
+
+
+def _wait_until_ready(url: str, process: subprocess.Popen[bytes]) -> None:
+    end = time.monotonic() + 300  # compiling every kernel on a slow machine
+    while time.monotonic() < end and process.poll() is None:
+        try:
+            if httpx.get(f"{url}/readyz").status_code == 200:
+                return
+        except httpx.TransportError:
+            pass
+        time.sleep(0.05)
+    pytest.fail("the server did not become ready")
+
+
+@pytest.fixture(scope="module", params=CLIENTS)
+def shell(request: pytest.FixtureRequest, address: str, tmp_path_factory: pytest.TempPathFactory) -> Shell:
+    """Return what runs a block of commands in bash, against our server, and returns its output."""
+    directory = tmp_path_factory.mktemp("shell")
+    programs = {"python3": []} | ({} if request.param == "curl" else {"curl": [ROOT / "tests" / "curl.py"]})
+    for name, script in programs.items():
+        words = shlex.join(map(str, [sys.executable, *script]))
+        (directory / name).write_text(f'#!/bin/sh\nexec {words} "$@"\n')
+        (directory / name).chmod(0o755)
+
+    def run(text: str) -> bytes:
+        assert ADDRESS in text
+        environment = {**os.environ, "PATH": f"{directory}{os.pathsep}{os.environ['PATH']}"}
+        command = ["bash", "-euo", "pipefail", "-c", text.replace(ADDRESS, address)]
+        done = subprocess.run(command, env=environment, cwd=directory, capture_output=True, check=True)  # noqa: S603 # the README's
+        pictures = [path.read_bytes() for path in sorted(directory.glob("*.svg"))]
+        return done.stdout or pictures[0]
+
+    return run
+
+
+def test_the_picture_shows_one_curve_and_its_cloud(shell: Shell) -> None:
+    picture = ElementTree.fromstring(shell(block("sh", "spiral.svg")))  # noqa: S314 # our own
+    title = picture.find("{http://www.w3.org/2000/svg}title")
+    assert title is not None
+    assert title.text == "1 curve (pca)"
+
+
+def test_the_answer_is_the_one_shown(shell: Shell) -> None:
+    real = shell(block("sh", "application/json' --data-binary"))
+    ReconstructionAnswer.model_validate_json(real)
+    (shown,) = blocks("json")
+    assert_alike(json.loads(shown), json.loads(real))
+
+
+def assert_alike(shown: Any, real: Any, slack: float = 0.005) -> None:
+    """Check that what is shown is the real answer, rounded and shortened; places may be off by the noise."""
+    if isinstance(shown, dict):
+        assert shown.keys() == real.keys()
+        for name in shown:
+            assert_alike(shown[name], real[name], 0.5 if name in {"vertices", "origin"} else slack)
+    elif isinstance(shown, list):
+        assert bool(shown) == bool(real)
+        for a, b in zip(shown, real, strict=False):
+            assert_alike(a, b, slack)
+    elif isinstance(shown, float):
+        assert shown == pytest.approx(real, rel=0.05, abs=slack)
+    else:
+        assert shown == real
+
+
+def test_the_partition_is_as_drawn(shell: Shell) -> None:
+    answer = PartitionAnswer.model_validate_json(shell(block("sh", "/partition")))
+    assert answer.labels == [0, 0, 0, -1]
+
+
+def test_the_command_line_does_what_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    commands = [shlex.split(line) for line in block("sh", "tapeline ").splitlines()]
+    for program, *arguments in commands:
+        assert program == "tapeline"
+        assert main(arguments) == 0
+    for arguments in commands:
+        assert (tmp_path / arguments[arguments.index("-o") + 1]).stat().st_size > 0
+    assert not shapely.is_closed(
+        shapely.get_parts(shapely.from_geojson((tmp_path / "spiral.geojson").read_text()))[0]
+    )
+
+
+def test_every_command_block_is_tested() -> None:
+    tested = ("spiral.svg", "application/json' --data-binary", "/partition", "tapeline ")
+    assert sorted(block("sh", word) for word in tested) == sorted(blocks("sh"))
+
+
+def test_the_library_is_used_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    (text,) = blocks("python")
+    exec(text, {})  # noqa: S102 # the README's
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["closed"] * 3
+
+
+# --- commands ---------------------------------------------------------------------------------------
+
+
+def test_every_make_command_named_exists_and_every_one_is_named() -> None:
+    named = set(
+        re.findall(r"^(?:\$ )?make ([a-z]+)", "\n".join([*blocks("console"), *code(README)]), re.MULTILINE)
+    )
+    assert named == set(re.findall(r"^([a-z]+):.*##", MAKEFILE, flags=re.MULTILINE)) - {"help"}
+
+
+def test_the_port_and_the_python_are_those_of_the_project() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert f"Python {project['requires-python'].removeprefix('>=')} or newer" in README
+    assert project["scripts"] == {"tapeline": "service.cli:main"}
+    assert ADDRESS.endswith(str(Settings.model_fields["port"].default))
+
+
+# --- what is listed is complete -----------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def openapi() -> dict[str, Any]:
+    return create_app(Settings(_env_file=None)).openapi()
+
+
+def test_the_endpoints_are_those_of_the_service(openapi: dict[str, Any]) -> None:
+    listed = [code(row[0])[0] for row in table(section("Endpoints"))]
+    served = [
+        f"{method.upper()} {path}" for path, operations in openapi["paths"].items() for method in operations
+    ]
+    assert sorted(listed) == sorted([*served, "GET /docs", "GET /openapi.json"])
+
+
+def test_the_bodies_are_those_that_are_read() -> None:
+    assert {code(row[0])[0] for row in table(section("Bodies"))} == set(MEDIA_TYPES)
+
+
+def test_the_forms_are_those_that_are_written() -> None:
+    listed = {code(row[0])[0]: code(row[1])[0] for row in table(section("Answers"))}
+    assert listed == FORMS
+    assert all(set(row.forms) == set(FORMS) for row in PROCESSES)
+
+
+def fields(model: type[BaseModel]) -> set[str]:
+    """Names of all fields of a model and of the models in it."""
+    names = set(model.model_fields)
+    for field in model.model_fields.values():
+        for inner in models(field.annotation):
+            names |= fields(inner)
+    return names
+
+
+def models(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from models(part)
+
+
+@pytest.mark.parametrize("answer", [ReconstructionAnswer, PartitionAnswer])
+def test_every_field_of_an_answer_is_explained(answer: type[BaseModel]) -> None:
+    explained = {name for text in code(section("Answers")) for name in re.findall(r"[a-z_]+", text)}
+    assert fields(answer) <= explained
+
+
+def test_every_warning_is_named() -> None:
+    text = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "core").rglob("*.py"))
+    given = set(re.findall(r'\bWarn\(\s*"([a-z-]+)"', text))
+    (named,) = [row[1].partition("codes: ")[2] for row in table(section("Answers").partition("Fields of")[2])
+                if row[0] == "`warnings[]`"]  # fmt: skip
+    assert set(code(named)) == given
+
+
+def test_the_errors_are_those_of_the_service() -> None:
+    listed = {code(row[0])[0]: int(row[1]) for row in table(section("Errors"))}
+    known = {kind: status for status, kind, _ in problems.TABLE.values()}
+    known |= {kind: status for kind, (status, _) in _KINDS.items()}
+    known |= {kind: status for status, (kind, _, _) in problems._HTTP.items() if kind != "not-found"}
+    assert listed == known
+
+
+def parameter_row(name: str, field: FieldInfo) -> str:
+    """Return the row of a parameter as the README must have it."""
+    schema = PcaParameters.model_json_schema()["properties"][name]
+    kind = next(one for one in schema.get("anyOf", [schema]) if one.get("type") != "null")
+    if "enum" in kind:
+        values = ", ".join(f"`{value}`" for value in kind["enum"])
+    elif kind["type"] == "boolean":
+        values = "`true`, `false`"
+    elif "maximum" in kind:
+        values = f"{kind['type']} {kind['minimum']} to {kind['maximum']}"
+    else:
+        values = f"{kind['type']} " + ("> 0" if kind.get("exclusiveMinimum") == 0 else f"≥ {kind['minimum']}")
+    return f"| `{name}` | {values} | `{json.dumps(field.default)}` | {field.description} |".replace(
+        '`"', "`"
+    ).replace('"`', "`")
+
+
+def setting_row(name: str, field: FieldInfo) -> str:
+    """Return the row of a setting as the README must have it."""
+    default = "" if field.default_factory or field.default == () else f"`{field.default}`"
+    return f"| `TAPELINE_{name.upper()}` | {default} | {field.description} |"
+
+
+def test_the_parameters_are_those_of_the_core() -> None:
+    rows = [parameter_row(name, field) for name, field in PcaParameters.model_fields.items()]
+    assert re.findall(r"^\| `.*$", section("Parameters"), flags=re.MULTILINE) == rows
+    assert list(PartitionParameters.model_fields) == list(PcaParameters.model_fields)[:2]
+
+
+def test_the_settings_are_those_of_the_service() -> None:
+    rows = [setting_row(name, field) for name, field in Settings.model_fields.items()]
+    assert re.findall(r"^\| `.*$", section("Settings"), flags=re.MULTILINE) == rows
