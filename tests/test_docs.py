@@ -91,8 +91,17 @@ def files() -> list[Path]:
 
 
 # put together here, or this file would name them
-HOSTS = [".".join(parts) for parts in (("pypi", "org"), ("pythonhosted", "org"), ("npmjs", "org"), ("npmjs", "com"),
-         ("crates", "io"), ("deb", "debian", "org"), ("proxy", "golang", "org"))]  # fmt: skip
+HOSTS = [
+    ".".join(parts)
+    for parts in (
+        ("pypi", "org"),
+        ("pythonhosted", "org"),
+        ("npmjs", "org"),
+        ("crates", "io"),
+        ("deb", "debian", "org"),
+        ("proxy", "golang", "org"),
+    )
+]
 FOLDERS = re.compile(
     r"(?<![\w.)}\]])/(?:" + "|".join(["work", "tmp", "root", "home", "Users"]) + r")(?![\w-])"
 )

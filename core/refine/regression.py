@@ -178,7 +178,21 @@ def _least_cp(bins: Bins, candidates: NDArray[np.float64], variance: float, orde
         fit = _one_order(bins, station, float(h), order, BINS_TO_JUDGE)
         residual = np.einsum("ij,ij->i", mean - fit.value, mean - fit.value)
         scores[k] = np.sum(count * (residual + PENALTY * variance * fit.leverage))
-    return float(candidates[int(np.argmin(scores))])
+    return _lowest(np.log(candidates), scores)
+
+
+def _lowest(log_h: NDArray[np.float64], scores: NDArray[np.float64]) -> float:
+    """Bandwidth at the vertex of the parabola through the least score and its neighbours.
+
+    The choice then varies continuously with the samples.
+    """
+    k = int(np.argmin(scores))
+    if not 0 < k < len(scores) - 1:
+        return float(np.exp(log_h[k]))
+    step = log_h[k + 1] - log_h[k]
+    rise = scores[k - 1] - 2.0 * scores[k] + scores[k + 1]
+    shift = 0.5 * (scores[k - 1] - scores[k + 1]) / rise if rise > 0.0 else 0.0
+    return float(np.exp(log_h[k] + shift * step))
 
 
 @njit(cache=True)
