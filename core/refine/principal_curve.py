@@ -92,7 +92,7 @@ def refine_curves(
         states = _one_pass(sample.few, states, rules)
     states = _one_pass(sample.points, states, replace(rules, spacing=spacing))
     if corners:
-        states = _with_corners(sample.points, states, replace(rules, spacing=spacing))
+        states = _with_corners(sample, states, replace(rules, spacing=spacing))
     lines = [state.line for state in states]
     sigmas = np.array([state.sigma for state in states])
     feet = project(sample.points, lines, _reach(sigmas, cut))
@@ -126,16 +126,30 @@ def _one_pass(samples: Floats, states: list[_State], rules: Rules) -> list[_Stat
     ]
 
 
-def _with_corners(samples: Floats, states: list[_State], rules: Rules) -> list[_State]:
-    """Find the corners of every curve, and fit the pieces between them one by one."""
+def _with_corners(sample: Sample, states: list[_State], rules: Rules) -> list[_State]:
+    """Find the corners of every curve with a few samples, and fit the pieces between them with all."""
+    found = [
+        find_corners(sample.few[mine], station, state.line, state.sigma)
+        for state, (mine, station) in zip(states, _own_samples(sample.few, states, rules), strict=True)
+    ]
+    if not any(found):
+        return states
+    out = list(states)
+    for k, (mine, _) in enumerate(_own_samples(sample.points, states, rules)):
+        if found[k]:
+            line, error = fit_pieces(sample.points[mine], states[k].line, found[k], states[k].sigma, rules)
+            out[k] = replace(states[k], line=line, error=error)
+    return out
+
+
+def _own_samples(
+    samples: Floats, states: list[_State], rules: Rules
+) -> list[tuple[NDArray[np.int64], Floats]]:
+    """Indices of each curve's samples and the stations of their feet."""
     sigmas = np.array([state.sigma for state in states])
     feet = project(samples, [state.line for state in states], _reach(sigmas, rules.cut))
-    out = []
-    for mine, state in zip(_groups(feet.curve, feet.curve >= 0, len(states)), states, strict=True):
-        corners = find_corners(samples[mine], feet.station[mine], state.line, state.sigma)
-        pieces = fit_pieces(samples[mine], state.line, corners, state.sigma, rules) if corners else None
-        out.append(state if pieces is None else replace(state, line=pieces[0], error=pieces[1]))
-    return out
+    groups = _groups(feet.curve, feet.curve >= 0, len(states))
+    return [(mine, feet.station[mine]) for mine in groups]
 
 
 def _groups(curve: NDArray[np.int64], near: NDArray[np.bool_], count: int) -> list[NDArray[np.int64]]:

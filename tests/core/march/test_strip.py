@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.march.strip import N_AHEAD, N_ALL, N_OWNED, SIGMA, passed_share
+from core.march.strip import N_AHEAD, N_ALL, N_OWNED, SIGMA
 from tests.core.march.walks import Field, at
 from tests.core.shapes import in_space, line, rotation
 
@@ -87,7 +87,8 @@ def test_the_strip_holds_what_lies_along_its_bent_axis(seed, r, half, bow):
 
 def test_a_branch_beside_the_strip_does_not_matter():
     own = parabola(500, 0.4, 0.02)
-    other = parabola(500, 0.4, 0.02, seed=1) + [0, 0.3, 0]
+    other = parabola(500, 0.4, 0.02, seed=1)
+    other[:, 1] += 0.3
     place = at([0, 0, 0], [1, 0, 0])
     _, alone = Field(own).fit(place, 0.5, 0.1)
     _, beside = Field(np.concatenate((own, other))).fit(place, 0.5, 0.1)
@@ -116,10 +117,10 @@ def test_owned_samples_are_those_within_reach():
     field = Field(points)
     field.own(at([0, 0, 0], [1, 0, 0], [0, 0.3, 0]), 0.2, 0.5, 0.1, me=3, node=7)
     t = points[:, 0]
-    np.testing.assert_array_equal(field.in_order(field.owner) == 3, np.abs(t) <= 0.2)
-    np.testing.assert_array_equal(field.in_order(field.node) == 7, np.abs(t) <= 0.2)
-    np.testing.assert_array_equal(field.in_order(field.uses), np.abs(t) < 0.5)
-    ways = field.in_order(field.way)[np.abs(t) <= 0.2]
+    np.testing.assert_array_equal(field.read("owner") == 3, np.abs(t) <= 0.2)
+    np.testing.assert_array_equal(field.read("node") == 7, np.abs(t) <= 0.2)
+    np.testing.assert_array_equal(field.read("uses"), np.abs(t) < 0.5)
+    ways = field.read("way")[np.abs(t) <= 0.2]
     np.testing.assert_allclose(np.linalg.norm(ways, axis=1), 1.0, atol=1e-6)
     # The direction of the pass turns with the curve.
     np.testing.assert_allclose(ways[:, 1] / ways[:, 0], 0.3 * t[np.abs(t) <= 0.2], atol=1e-5)
@@ -155,11 +156,7 @@ def test_used_up_samples_take_no_part():
 def test_the_share_of_passed_samples():
     field = Field(parabola(400, 0.0))
     place = at([0, 0, 0], [1, 0, 0])
-
-    def share(r):
-        return passed_share(*field.cells, field.owner, place, r, 0.1, *field.buffers)
-
-    assert share(0.5) == 0.0
+    assert field.passed(place, 0.5, 0.1) == 0.0
     field.own(place, 0.25, 0.25, 0.1)
-    assert share(0.2) == 1.0
-    assert share(0.5) == pytest.approx(0.5, abs=0.1)
+    assert field.passed(place, 0.2, 0.1) == 1.0
+    assert field.passed(place, 0.5, 0.1) == pytest.approx(0.5, abs=0.1)

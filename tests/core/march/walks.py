@@ -5,7 +5,7 @@ import numpy as np
 from core.cloud.grid import build_grid
 from core.cloud.sampling import Sample, estimate_scale
 from core.march.fragments import Pace
-from core.march.strip import FIT_SIZE, fit_strip, gather_strip, own_strip
+from core.march.strip import FIT_SIZE, Books, fit_strip, gather_strip, own_strip, passed_share
 from tests.core.shapes import in_space
 
 
@@ -27,32 +27,27 @@ class Field:
 
     def __init__(self, points, cell=0.2):
         self.grid = build_grid(np.asarray(points, np.float64), cell)
-        n = len(points)
-        self.owner, self.node, self.uses = np.full(n, -1), np.zeros(n, np.int64), np.zeros(n, np.int64)
-        self.way = np.zeros((n, 3), np.float32)
-        self.buffers = np.empty(n, np.int64), np.empty((n, 4))
-
-    @property
-    def cells(self):
-        return self.grid.points, self.grid.starts, self.grid.origin, self.grid.cell, self.grid.shape
+        self.books = Books.empty(len(points))
 
     def gather(self, place, r, half):
-        count = gather_strip(*self.cells, place, r, half, *self.buffers)
-        return self.grid.order[self.buffers[0][:count]], self.buffers[1][:count].copy()
+        found, local = self.books.found, self.books.local
+        count = gather_strip(self.grid, place, r, half, found, local)
+        return self.grid.order[found[:count]], local[:count].copy()
 
     def fit(self, place, r, half, most_uses=0, normals=1, me=0):
         out = np.full(FIT_SIZE, np.nan)
         limits = np.array([me, 0, most_uses, normals])
-        books = self.owner, self.node, self.way, self.uses
-        good = fit_strip(*self.cells, *books, limits, place, r, half, *self.buffers, out)
-        return bool(good), out
+        return bool(fit_strip(self.grid, self.books, limits, place, r, half, out)), out
 
     def own(self, place, reach, r, half, me=0, node=0):
-        books = self.owner, self.node, self.way, self.uses
-        return own_strip(*self.cells, *books, me, node, place, reach, r, half, *self.buffers)
+        return own_strip(self.grid, self.books, me, node, place, reach, r, half)
 
-    def in_order(self, book):
-        """A book of the march in the order of the points."""
-        out = np.empty_like(book)
-        out[self.grid.order] = book
+    def passed(self, place, r, half):
+        return passed_share(self.grid, self.books, place, r, half)
+
+    def read(self, book):
+        """A book of the march, by name, in the order of the points."""
+        kept = getattr(self.books, book)
+        out = np.empty_like(kept)
+        out[self.grid.order] = kept
         return out
