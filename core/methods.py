@@ -102,7 +102,9 @@ def _march_component(
     points: Floats, members: NDArray[np.int64], component: Component, parameters: PcaParameters
 ) -> Solved | None:
     """One component from the input frame to refined curves; None where nothing lines up."""
-    flat = _is_flat(points, parameters.planar)
+    in_plane = points.shape[1] == 2 or parameters.planar is False or is_quasi_planar(points)
+    flat = in_plane if parameters.planar is None else parameters.planar
+    marched_in_space = None if in_plane else not flat
     work, frame = working_frame(points, component.frame.axes, flat)
     sample = Sample.of(work)
     cut = CUTS[parameters.outliers]
@@ -123,7 +125,7 @@ def _march_component(
             refined, fragments = as_they_are(sample, chain, 0.0, frame.flat, cut, spacing), []
     if refined is None:
         return None
-    return Solved(component, members, frame, refined, fragments, cut, parameters.outliers != "keep")
+    return Solved(component, members, frame, refined, fragments, parameters.outliers, marched_in_space)
 
 
 def _march(sample: Sample, frame: WorkingFrame, parameters: PcaParameters) -> tuple[Marched, float] | None:
@@ -144,9 +146,3 @@ def _march(sample: Sample, frame: WorkingFrame, parameters: PcaParameters) -> tu
     )
     marched = solve_march(sample, pace)
     return (marched, scale.sigma) if marched.curves else None
-
-
-def _is_flat(points: Floats, planar: bool | None) -> bool:
-    if planar is not None or points.shape[1] == 2:
-        return planar is not False
-    return is_quasi_planar(points)

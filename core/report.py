@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,13 +36,26 @@ __all__ = ["Solved", "report"]
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
+STRICT = 3.0  # in sigma: what "reject" leaves out
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solved:
     """A component with its curves in working coordinates.
 
-    ``members`` are the indices of its samples in the input; ``cut`` is the distance in sigma
-    beyond which samples took no part.
+    Attributes
+    ----------
+    component : Component
+    members : (n,) array
+        Indices of its samples in the input.
+    frame : WorkingFrame
+    refined : Refined
+    fragments : list of Fragment
+        The march before joining.
+    outliers : {"auto", "keep", "reject"}
+    marched_in_space : bool or None
+        For a component that is not quasi-planar: whether it was marched in 3D. None for one that is,
+        and when 3D was asked for.
     """
 
     component: Component
@@ -49,8 +63,8 @@ class Solved:
     frame: WorkingFrame
     refined: Refined
     fragments: list[Fragment]
-    cut: float
-    reject: bool
+    outliers: Literal["auto", "keep", "reject"]
+    marched_in_space: bool | None
 
 
 def report(
@@ -70,7 +84,7 @@ def report(
     curves: list[Curve] = []
     meetings: list[Crossing] = []
     labels = np.full(len(points), -1, np.int64)
-    outside = parts.labels < 0
+    outside = ~np.isin(parts.labels, [one.component.label for one in solved])
     for one in solved:
         first = len(curves)
         own, far = _samples(one, len(points))
@@ -95,10 +109,10 @@ def report(
 def _samples(one: Solved, total: int) -> tuple[Ints, NDArray[np.bool_]]:
     """The curve of each sample (-1: none), and which samples the noise does not explain."""
     feet, sigma = one.refined.feet, one.refined.sigma
-    if not one.reject:
+    if one.outliers == "keep":
         return feet.curve, np.zeros(len(feet.curve), np.bool_)
-    # Fewer than one Gaussian sample in two clouds of this size lies farther out.
-    limit = min(one.cut, 3.0) if one.cut <= 3.0 else max(float(norm.isf(0.25 / max(total, 2))), one.cut)
+    # One Gaussian cloud of this size in twenty has a sample farther out.
+    limit = STRICT if one.outliers == "reject" else float(norm.isf(0.025 / max(total, 2)))
     far = ~(feet.distance <= limit * max(sigma, 1e-12))
     return np.where(far, -1, feet.curve), far
 
@@ -164,12 +178,11 @@ def _nyquist(solved: Sequence[Solved]) -> Nyquist:
 def _warnings(solved: Sequence[Solved]) -> list[Warn]:
     out = []
     for one in solved:
-        label = one.component.label
-        if one.frame.dimension == 3 and not one.frame.flat:
-            out.append(
-                Warn("not-quasi-planar", f"Component {label} does not lie in a plane; it was marched in 3D.",
-                     tuple(float(x) for x in one.component.frame.origin))
-            )  # fmt: skip
+        if one.marched_in_space is not None:
+            done = "it was marched in 3D" if one.marched_in_space else "it was projected as asked"
+            message = f"Component {one.component.label} does not lie in a plane; {done}."
+            origin = one.component.frame.origin
+            out.append(Warn("not-quasi-planar", message, tuple(float(x) for x in origin)))
     return out
 
 

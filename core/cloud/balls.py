@@ -78,6 +78,24 @@ def optimal_balls(
 
 
 @njit(cache=True)
+def _across_disc(ax, bx, cx, xy, xz, yz):  # type: ignore[no-untyped-def]
+    """Compute a unit vector across the one direction that M - top I keeps when top is a double eigenvalue."""
+    nx, ny, nz = ax, xy, xz
+    if bx * bx > ax * ax and bx * bx >= cx * cx:
+        nx, ny, nz = xy, bx, yz
+    elif cx * cx > ax * ax:
+        nx, ny, nz = xz, yz, cx
+    if abs(nx) <= abs(ny):  # the cross product with the axis that is less aligned
+        x, y, z = 0.0, nz, -ny
+    else:
+        x, y, z = -nz, 0.0, nx
+    norm = np.sqrt(x * x + y * y + z * z)
+    if norm == 0.0:
+        return (1.0, 0.0, 0.0) if nx == 0.0 else (0.0, 1.0, 0.0)
+    return x / norm, y / norm, z / norm
+
+
+@njit(cache=True)
 def principal_direction(xx, xy, xz, yy, yz, zz):  # type: ignore[no-untyped-def]
     """Largest eigenvalue and its unit eigenvector of a symmetric 3 x 3 matrix, in closed form."""
     q = (xx + yy + zz) / 3.0
@@ -104,8 +122,8 @@ def principal_direction(xx, xy, xz, yy, yz, zz):  # type: ignore[no-untyped-def]
         norm = x * x + y * y + z * z
         if norm > best:
             best, vx, vy, vz = norm, x, y, z
-    if best <= 0.0:
-        return top, 1.0, 0.0, 0.0
+    if best <= 1e-24 * p2 * p2:
+        return top, *_across_disc(ax, bx, cx, xy, xz, yz)
     norm = 1.0 / np.sqrt(best)
     return top, vx * norm, vy * norm, vz * norm
 

@@ -124,6 +124,8 @@ def estimate_scale(sample: Sample, extent: float, flat: bool) -> Scale | None:
     sigma = float(np.median(balls.sigma[found]))
     radius = float(np.median(balls.radius[found]))
     # Seeds fall where samples are many: weighting by 1/density turns "typical sample" into "typical length".
-    density = float(found.sum() / np.sum(1.0 / balls.density[found])) * thinning
+    # In a thick cloud some balls stop inside the noise: their density is not the curve's.
+    whole = found & (balls.sigma >= 0.5 * sigma) & (balls.radius >= 1.5 * sigma)
+    density = float(whole.sum() / np.sum(1.0 / balls.density[whole])) * thinning
     curvature = max(sigma, 1e-12 * extent) * (MINIMUM_RADIUS_FACTOR / radius) ** 2
     return Scale(sigma, density, radius, curvature, balls)

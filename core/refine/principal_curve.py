@@ -27,6 +27,7 @@ __all__ = ["CUT", "Refined", "as_they_are", "refine_curves"]
 Floats = NDArray[np.float64]
 
 CUT = 4.0  # in sigma: farther samples take no part
+SEEN = 6.0  # in sigma: farther samples have no foot in the end
 PROLONGED = 3.0  # in sigma: how far an open curve may grow in one pass
 LEAST_SAMPLES = 8
 PASSES = 3
@@ -95,7 +96,7 @@ def refine_curves(
         states = _with_corners(sample, states, replace(rules, spacing=spacing))
     lines = [state.line for state in states]
     sigmas = np.array([state.sigma for state in states])
-    feet = project(sample.points, lines, _reach(sigmas, cut))
+    feet = project(sample.points, lines, _reach(sigmas, max(cut, SEEN)))
     return Refined(tuple(lines), feet, _noise(feet, sigmas), sigmas, tuple(state.error for state in states))
 
 

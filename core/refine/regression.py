@@ -140,7 +140,7 @@ def _one_order(
 def _merged(bins: Bins, bandwidth: float, detail: float) -> Bins:
     """Bins merged as far as the bandwidth allows: every window then costs the same."""
     size = len(bins.count)
-    factor = int(bandwidth * size / (detail * bins.length))
+    factor = int(min(bandwidth * size / (detail * bins.length), size))
     while factor > 1 and size % factor:
         factor -= 1
     if factor <= 1:

@@ -4,8 +4,9 @@ import numpy as np
 
 from core.cloud.grid import build_grid
 from core.cloud.sampling import Sample, estimate_scale
-from core.march.fragments import Pace
-from core.march.strip import FIT_SIZE, Books, fit_strip, gather_strip, own_strip, passed_share
+from core.march.fragments import Fragment, Pace
+from core.march.strip import FIT_SIZE, SIGMA, Books, fit_strip, gather_strip, own_strip, passed_share
+from core.march.walk import DENSITY, NODE_SIZE, RADIUS
 from tests.core.shapes import in_space
 
 
@@ -20,6 +21,21 @@ def scene(points, flat=True, **fixed):
 def at(centre, direction, curvature=(0.0, 0.0, 0.0)):
     """A place on a course, as the strip kernels take it."""
     return np.concatenate((centre, direction, curvature)).astype(np.float64)
+
+
+def fragment(points, closed=False, sigma=0.01, density=500.0, radius=0.2):
+    """A march along given points: tangents and bends by differences, the rest as told."""
+    nodes = np.zeros((len(points), NODE_SIZE))
+    nodes[:, :3] = in_space(np.asarray(points, np.float64))
+    tangent = np.gradient(nodes[:, :3], axis=0)
+    if closed:
+        ring = np.concatenate((nodes[-1:, :3], nodes[:, :3], nodes[:1, :3]))
+        tangent = ring[2:] - ring[:-2]
+    length = np.linalg.norm(tangent, axis=1, keepdims=True)
+    nodes[:, 3:6] = tangent / length
+    nodes[:, 6:9] = np.gradient(nodes[:, 3:6], axis=0) / length
+    nodes[:, SIGMA], nodes[:, DENSITY], nodes[:, RADIUS] = sigma, density, radius
+    return Fragment(nodes, closed)
 
 
 class Field:
