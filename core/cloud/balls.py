@@ -34,12 +34,20 @@ class Balls:
     again beyond the radius (a true minimum, set by curvature) or the search met its end.
     """
 
+    seed: NDArray[np.float64]
     centre: NDArray[np.float64]
     direction: NDArray[np.float64]
     radius: NDArray[np.float64]
     variance: NDArray[np.float64]
     samples: NDArray[np.int64]
     interior: NDArray[np.bool_]
+
+    @property
+    def shift(self) -> NDArray[np.float64]:
+        """(M,) distance along the direction from seed to centre of gravity, in radii: large at ends."""
+        return np.asarray(
+            np.abs(np.einsum("ij,ij->i", self.seed - self.centre, self.direction)) / self.radius
+        )
 
     @property
     def found(self) -> NDArray[np.bool_]:
@@ -74,7 +82,7 @@ def optimal_balls(
         Whether the points lie in a plane: the normal variance has then one direction, else two.
     """
     out = _search(points, seeds, extent, 1.0 if flat else 2.0)
-    return Balls(*out)
+    return Balls(seeds, *out)
 
 
 @njit(cache=True)

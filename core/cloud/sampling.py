@@ -19,6 +19,7 @@ MANY = 100_000
 FEW = 20_000
 CANDIDATES = 5000
 SEEDS = 160
+CENTRAL = 0.2  # shift, in radii, up to which a ball lies evenly about its seed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,8 +125,10 @@ def estimate_scale(sample: Sample, extent: float, flat: bool) -> Scale | None:
     sigma = float(np.median(balls.sigma[found]))
     radius = float(np.median(balls.radius[found]))
     # Seeds fall where samples are many: weighting by 1/density turns "typical sample" into "typical length".
-    # In a thick cloud some balls stop inside the noise: their density is not the curve's.
-    whole = found & (balls.sigma >= 0.5 * sigma) & (balls.radius >= 1.5 * sigma)
+    # In a thick cloud some balls stop inside the noise, and at ends of curves balls are half empty:
+    # their density is not the curve's.
+    whole = found & (balls.sigma >= 0.5 * sigma) & (balls.radius >= 1.5 * sigma) & (balls.shift < CENTRAL)
+    whole = whole if whole.any() else found
     density = float(whole.sum() / np.sum(1.0 / balls.density[whole])) * thinning
     curvature = max(sigma, 1e-12 * extent) * (MINIMUM_RADIUS_FACTOR / radius) ** 2
     return Scale(sigma, density, radius, curvature, balls)

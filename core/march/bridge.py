@@ -152,7 +152,8 @@ def _bridge(sample: Sample, confidence: float, a: End, b: End, opened: list[Frag
         expected = density * length
         if is_empty(seen, expected, confidence) or (len(between) and seen < 0.5 * expected):
             continue
-        cost = length * density / confidence + turn + length / radius + COST_OF_DEPTH * (a.depth + b.depth)
+        missing = max(expected - seen, 0.0)
+        cost = missing / confidence + turn + length / radius + COST_OF_DEPTH * (a.depth + b.depth)
         if best is None or cost < best.cost:
             best = Bridge(cost, a, b, between)
     return best

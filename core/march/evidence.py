@@ -44,7 +44,7 @@ def description_length(
     normals = 1 if flat else 2
     sigma = max(sigma, 1e-9 * extent)
     feet = project(points, curves, 6.0 * sigma)
-    length = sum(line.length for line in curves)
+    length = max(sum(line.length for line in curves), 1e-9 * extent)
     log_curve = np.log((1.0 - BACKGROUND) / length) - normals * np.log(sigma * np.sqrt(2.0 * np.pi))
     log_background = np.log(BACKGROUND) - (1 + normals) * np.log(2.0 * extent)
     log_noise = np.where(np.isfinite(feet.distance), -0.5 * (feet.distance / sigma) ** 2, -np.inf)

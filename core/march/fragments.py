@@ -144,11 +144,12 @@ def _start(grid: Grid, books: Books, pace: Pace, balls: Balls, s: int, me: int) 
     sigma = max(pace.scale.sigma, 0.25 * float(balls.sigma[s]))
     radius = pace.radius or max(min(float(balls.radius[s]), MOST_RADIUS * pace.extent), 3.0 * sigma)
     node = np.zeros(NODE_SIZE)
-    at = np.concatenate([balls.centre[s], _direction(grid, pace, balls, s), np.zeros(3)])
+    at = np.concatenate([balls.centre[s], balls.direction[s], np.zeros(3)])
     limits = np.array([me, 0, pace.max_uses, 1 if pace.flat else 2])
     # A short strip tells most passed stretches at a fraction of the cost.
     if passed_share(grid, books, at, 0.2 * radius, sigma) > 0.8:
         return None
+    at[3:6] = _direction(grid, pace, balls, s)
     for widen in (2.0, 1.3, 1.0):
         half = max(HALF_WIDTH * sigma * widen, 0.05 * radius)
         if passed_share(grid, books, at, radius, half) > MOST_PASSED:
@@ -169,11 +170,9 @@ def _direction(grid: Grid, pace: Pace, balls: Balls, s: int) -> NDArray[np.float
 
     An eigenvector's sign is arbitrary; this one turns with the point set.
     """
-    direction = balls.direction[s]
-    if pace.estimator == "least_squares":
-        offset = grid.points - balls.centre[s]
-        inside = np.einsum("ij,ij->i", offset, offset) <= balls.radius[s] ** 2
-        direction = fit_line(grid.points[inside], "least_squares", np.random.default_rng(pace.seed))[1]
+    offset = grid.points - balls.seed[s]
+    inside = np.einsum("ij,ij->i", offset, offset) <= balls.radius[s] ** 2
+    direction = fit_line(grid.points[inside], pace.estimator, np.random.default_rng(pace.seed))[1]
     return np.asarray(-direction if direction @ balls.centre[s] < 0.0 else direction)
 
 

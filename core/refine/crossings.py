@@ -35,6 +35,7 @@ def crossings(curves: Sequence[Polyline]) -> list[Meeting]:
     """
     if not curves:
         return []
+    curves = [Polyline(_distinct(line), line.closed) for line in curves]
     heads, tails = (
         np.concatenate(part)[:, :2] for part in zip(*(line.segments() for line in curves), strict=True)
     )
@@ -57,10 +58,20 @@ def crossings(curves: Sequence[Polyline]) -> list[Meeting]:
     a = (gap[:, 0] * w[:, 1] - gap[:, 1] * w[:, 0]) / det
     b = (gap[:, 0] * u[:, 1] - gap[:, 1] * u[:, 0]) / det
     inside = (a >= 0.0) & (a < 1.0) & (b >= 0.0) & (b < 1.0)
-    along = np.abs(np.einsum("ij,ij->i", u, w)) / (np.linalg.norm(u, axis=1) * np.linalg.norm(w, axis=1))
+    norms = np.linalg.norm(u, axis=1) * np.linalg.norm(w, axis=1)
+    along = np.abs(np.einsum("ij,ij->i", u, w)) / np.maximum(norms, 1e-300)
     angle = np.degrees(np.arccos(np.minimum(along, 1.0)))
     place = heads[i] + a[:, None] * u
     return [
         Meeting(np.append(place[k], 0.0), (int(curve[i[k]]), int(curve[j[k]])), float(angle[k]))
         for k in np.flatnonzero(inside)
     ]
+
+
+def _distinct(line: Polyline) -> NDArray[np.float64]:
+    """Vertices without repetitions, which would make edges of no length; at least two remain."""
+    x = line.vertices
+    moved = np.append(True, np.any(x[1:] != x[:-1], axis=1))
+    if line.closed and moved.sum() > 2 and not np.any(x[0] != x[moved][-1]):
+        moved[np.flatnonzero(moved)[-1]] = False
+    return np.asarray(x[moved])
