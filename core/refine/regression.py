@@ -140,7 +140,8 @@ def _one_order(
 def _merged(bins: Bins, bandwidth: float, detail: float) -> Bins:
     """Bins merged as far as the bandwidth allows: every window then costs the same."""
     size = len(bins.count)
-    factor = int(min(bandwidth * size / (detail * bins.length), size))
+    # Windows wider than the curve still need bins to tell its shape.
+    factor = int(min(bandwidth / bins.length, 0.5) * size / detail)
     while factor > 1 and size % factor:
         factor -= 1
     if factor <= 1:
