@@ -14,7 +14,9 @@ from core.refine.polyline import Polyline
 __all__ = ["Feet", "project"]
 
 _MOST_CELLS = 2_000_000
-CELL = 0.25  # edge of a cell, in reaches: smaller cells leave fewer segments to a point
+CELL = 0.25  # edge of a cell, in reaches: smaller cells leave fewer segments to a point,
+FINE_CELL = 0.08  # and cost more to fill, which
+CROWD = 100_000  # samples are worth
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +65,7 @@ def project(
     a, b = np.concatenate(heads), np.concatenate(tails)
     low = np.minimum(a.min(axis=0), b.min(axis=0)) - 1.001 * reach
     extent = np.maximum(a.max(axis=0), b.max(axis=0)) + 1.001 * reach - low
-    cell = reach * CELL if len(points) > len(a) and not rivals else reach
+    cell = reach if rivals or len(points) <= len(a) else reach * (CELL if len(points) < CROWD else FINE_CELL)
     size = extent / cell
     if a[0, 2] == points[0, 2] and not np.any(np.ptp(a, axis=0)[2]) and not np.any(np.ptp(points[:, 2])):
         size[2] = 0.0  # a plane needs one layer only

@@ -2,10 +2,15 @@ import numpy as np
 import pytest
 
 from core.cloud.frame import principal_frame
+from core.cloud.working_frame import working_frame
 from core.methods import partition, pca
 from core.parameters import PartitionParameters, PcaParameters
+from core.refine.polyline import Polyline
+from core.refine.principal_curve import Refined
+from core.refine.project import project
+from core.report import Solved, report
 from core.truth import point_set
-from tests.core.shapes import arc, diagonal, distances, rotation
+from tests.core.shapes import arc, diagonal, distances, in_space, rotation
 
 
 def polyline_length(curve):
@@ -112,38 +117,65 @@ def test_curves_in_space_have_no_crossings():
     assert pca(point_set("trefoil", n=2000, sigma=0.005).points).crossings == ()
 
 
-def test_close_branches_are_reported_as_violations():
-    sigma = 0.01
-    near = np.concatenate((arc(3000, sigma, 1.0, seed=1), arc(3000, sigma, 1.0 - 3.5 * sigma, seed=2)))
-    far = np.concatenate((arc(3000, sigma, 1.0, seed=1), arc(3000, sigma, 1.0 - 12 * sigma, seed=2)))
-    # Too near to be told apart, or told apart and reported: never a clean bill for two curves.
-    answer = pca(near)
-    assert len(answer.curves) != 2 or not answer.sampling.nyquist.compliant
-    wide = pca(far)
-    assert len(wide.curves) == 2
-    nyquist = wide.sampling.nyquist
+def test_the_margin_is_the_width_of_a_waist():
+    answer = pca(point_set("wasp_waist", n=3000, sigma=0.01, seed=1).points)
+    nyquist = answer.sampling.nyquist
     assert nyquist.compliant
     assert nyquist.violations == ()
-    assert nyquist.margin_sigmas == pytest.approx(12.0, abs=2.0)
+    assert nyquist.margin_sigmas == pytest.approx(0.56 / answer.sampling.sigma, rel=0.1)
 
 
-def test_a_violation_says_where():
-    # A hairpin whose strokes come near each other by and by.
+def solved(points, vertices, sigma, outliers="auto"):
+    """A component whose curves are given, each open, in the coordinates of the points."""
+    (component,) = partition(points, PartitionParameters(epsilon=diagonal(points))).components
+    work, frame = working_frame(points, component.frame.axes, True)
+    lines = [Polyline(in_space(frame.way.apply(v)), False) for v in vertices]
+    noise = sigma / frame.scale
+    errors = tuple(np.zeros(len(line.vertices)) for line in lines)
+    refined = Refined(
+        tuple(lines), project(work, lines, 10 * noise), noise, np.full(len(lines), noise), errors
+    )
+    return Solved(component, np.arange(len(points)), frame, refined, [], outliers, None)
+
+
+def bars(gap, sigma):
+    """Two parallel strokes, each with samples about it."""
     rng = np.random.default_rng(0)
-    x = rng.uniform(0.0, 4.0, 6000)
-    y = np.where(rng.uniform(size=6000) < 0.5, 1, -1) * (0.025 + 0.06 * x)
-    points = np.column_stack((x, y)) + 0.015 * rng.normal(size=(6000, 2))
-    answer = pca(points)
-    nyquist = answer.sampling.nyquist
+    x = rng.uniform(0.0, 10.0, 1000)
+    y = np.repeat([0.0, gap], 500) + sigma * np.clip(rng.normal(size=1000), -2.0, 2.0)
+    ends = np.array([0.0, 10.0])
+    return np.column_stack((x, y)), [np.column_stack((ends, np.full(2, height))) for height in (0.0, gap)]
+
+
+def told(points, one):
+    parts = partition(points, PartitionParameters(epsilon=diagonal(points)))
+    return report("pca", "a test", points, parts, [one], False)
+
+
+@pytest.mark.parametrize("gap_sigmas", [1.0, 3.0, 3.8])
+def test_branches_closer_than_the_noise_allows_are_violations(gap_sigmas):
+    sigma = 0.05
+    points, strokes = bars(gap_sigmas * sigma, sigma)
+    nyquist = told(points, solved(points, strokes, sigma)).sampling.nyquist
     assert not nyquist.compliant
-    sigma = answer.sampling.sigma
+    assert nyquist.margin_sigmas == pytest.approx(gap_sigmas, rel=0.01)
     for violation in nyquist.violations:
-        assert violation.location.shape == (2,)
-        assert violation.gap_sigmas < 5.0
-        assert violation.gap_sigmas >= nyquist.margin_sigmas
-        away = np.sort([distances(violation.location[None], c.vertices, c.closed)[0] for c in answer.curves])
-        assert away[0] < violation.gap_sigmas * sigma
+        assert violation.gap_sigmas == pytest.approx(gap_sigmas, rel=0.1)
+        assert violation.location[1] == pytest.approx(gap_sigmas * sigma / 2, rel=0.1)
+        assert 0.0 <= violation.location[0] <= 10.0
         assert violation.reason
+
+
+def test_samples_are_outliers_by_their_distance_in_sigma():
+    sigma = 0.05
+    points, strokes = bars(30 * sigma, sigma)
+    # Of three strays only one is past five sigma; one is past three.
+    strays = np.array([(5.0, -2.0 * sigma), (5.0, -3.4 * sigma), (5.0, -8.0 * sigma)])
+    points = np.concatenate((strays, points))
+    expected = {"keep": set(), "auto": {2}, "reject": {1, 2}}
+    for mode, outside in expected.items():
+        answer = told(points, solved(points, strokes, sigma, mode))
+        assert set(answer.outliers.tolist()) == outside
 
 
 @pytest.mark.parametrize("mode", ["auto", "reject", "keep"])
