@@ -17,10 +17,10 @@ PORT ?=
 help: ## list the commands
 	@sed -n 's/^\([a-z]*\):.*## /  make \1	/p' Makefile | expand -t 18
 
-run: $(VENV)/.run ## serve on port 8000 (make run PORT=8123; data in TAPELINE_DATA_DIR)
+run: $(VENV)/.run $(VENV)/.kernels ## serve on port 8000 (make run PORT=8123; data in TAPELINE_DATA_DIR)
 	@$(if $(PORT),TAPELINE_PORT=$(PORT)) exec $(PYTHON) -m service
 
-test: lint ## check style and types, then run all tests
+test: lint $(VENV)/.kernels ## check style and types, then run all tests
 	$(PYTHON) -m pytest
 
 lint: $(VENV)/.test ## check style and types
@@ -32,10 +32,10 @@ format: $(VENV)/.test ## put the code in the style that `make lint` checks
 	$(PYTHON) -m ruff check --fix .
 	$(PYTHON) -m ruff format .
 
-bench: $(VENV)/.test ## measure accuracy and time (minutes)
+bench: $(VENV)/.test $(VENV)/.kernels ## measure accuracy and time (minutes)
 	$(PYTHON) -m benchmarks
 
-figures: $(VENV)/.test ## redraw the paper's figures from our own results
+figures: $(VENV)/.test $(VENV)/.kernels ## redraw the paper's figures from our own results
 	$(PYTHON) -m benchmarks.figures
 
 openapi: $(VENV)/.run ## write the OpenAPI document
@@ -66,6 +66,12 @@ define install
 @$(PIP) install --quiet --no-index --no-build-isolation --no-deps --editable .
 @touch $@
 endef
+
+# A cached kernel is not compiled anew when a kernel that it calls in another module changes:
+# after any change in core all of them are.
+$(VENV)/.kernels: $(shell find core -name '*.py') | $(VENV)/.made
+	@find core -name __pycache__ -type d -prune -exec rm -rf {} +
+	@touch $@
 
 $(VENV)/.made:
 	@$(find_python); \

@@ -149,8 +149,9 @@ def _sampling(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partitio
     samples = sum(c.samples for c in curves)
     length = sum(c.length for c in curves)
     weights = np.array([len(one.members) for one in solved], np.float64)
-    variances = np.array([(one.refined.sigma * one.frame.scale) ** 2 for one in solved])
-    sigma = float(np.sqrt(np.average(variances, weights=weights)))
+    sigmas = np.array([one.refined.sigma * one.frame.scale for one in solved])
+    largest = max(float(sigmas.max()), float(np.finfo(np.float64).tiny))  # squares of huge ones overflow
+    sigma = largest * float(np.sqrt(np.average((sigmas / largest) ** 2, weights=weights)))
     return Sampling(sigma, samples / length if length > 0 else 0.0, parts.epsilon, _nyquist(solved))
 
 

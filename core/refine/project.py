@@ -65,7 +65,10 @@ def project(
     a, b = np.concatenate(heads), np.concatenate(tails)
     low = np.minimum(a.min(axis=0), b.min(axis=0)) - 1.001 * reach
     extent = np.maximum(a.max(axis=0), b.max(axis=0)) + 1.001 * reach - low
-    cell = reach if rivals or len(points) <= len(a) else reach * (CELL if len(points) < CROWD else FINE_CELL)
+    fine = FINE_CELL if len(points) >= CROWD else CELL
+    cell = reach if rivals or len(points) <= len(a) else reach * fine
+    # Cells far smaller than the segments would be many and hold the same few.
+    cell = max(cell, 0.25 * float(np.median(np.linalg.norm(b - a, axis=1))))
     size = extent / cell
     if a[0, 2] == points[0, 2] and not np.any(np.ptp(a, axis=0)[2]) and not np.any(np.ptp(points[:, 2])):
         size[2] = 0.0  # a plane needs one layer only

@@ -198,17 +198,20 @@ def test_more_noise_asks_for_wider_windows(closed):
     chosen = []
     for sigma in (0.002, 0.02, 0.2):
         runs = [
-            select_bandwidths(wave_bins(sigma, closed, seed), candidates, sigma**2, 3) for seed in range(5)
+            select_bandwidths(wave_bins(sigma, closed, seed), candidates, 3 * sigma**2) for seed in range(5)
         ]
         chosen.append(np.median([(run.inside, run.ends) for run in runs], axis=0))
     assert np.all(np.diff(chosen, axis=0) > 0)
 
 
-def test_the_bandwidths_are_among_the_candidates():
+def test_the_bandwidths_lie_within_the_candidates_and_vary_continuously():
     candidates = np.geomspace(0.2, 5.0, 15)
-    chosen = select_bandwidths(wave_bins(0.05, False), candidates, 0.05**2, 3)
-    assert chosen.inside in candidates
-    assert chosen.ends in candidates
+    bins = wave_bins(0.05, False)
+    chosen = [select_bandwidths(bins, candidates, 3 * v * 0.05**2) for v in (1.0, 1.001)]
+    for run in chosen:
+        assert candidates[0] <= run.inside <= candidates[-1]
+        assert candidates[0] <= run.ends <= candidates[-1]
+    assert chosen[1].inside == pytest.approx(chosen[0].inside, rel=1e-2)
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
@@ -216,8 +219,8 @@ def test_the_choice_of_bandwidth_scales(factor):
     candidates = np.geomspace(0.2, 5.0, 15)
     one = wave_bins(0.05, False)
     two = Bins(factor * one.station, one.count, factor * one.mean, factor * one.length, one.closed)
-    small = select_bandwidths(one, candidates, 0.05**2, 3)
-    large = select_bandwidths(two, factor * candidates, (factor * 0.05) ** 2, 3)
+    small = select_bandwidths(one, candidates, 3 * 0.05**2)
+    large = select_bandwidths(two, factor * candidates, 3 * (factor * 0.05) ** 2)
     assert large.inside == pytest.approx(factor * small.inside)
     assert large.ends == pytest.approx(factor * small.ends)
 
