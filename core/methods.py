@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from core.cloud.frame import is_quasi_planar
 from core.cloud.partition import partition as _partition
-from core.cloud.points import as_points
+from core.cloud.points import as_points, distinct
 from core.cloud.sampling import Sample, estimate_scale
 from core.cloud.working_frame import WorkingFrame, working_frame
 from core.errors import DegenerateInput
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 LEAST_POINTS = 6
 LEAST_EXPLAINED = 0.9  # share of samples on the marched curves, below which neighbours are linked instead
-CUTS = {"auto": CUT, "keep": 12.0, "reject": 3.0}  # in sigma
+CUTS = {"auto": CUT, "keep": 5.0, "reject": 3.0}  # in sigma
 
 
 def partition(points: ArrayLike, parameters: PartitionParameters | None = None) -> Partition:
@@ -131,6 +131,8 @@ def _march_component(
 def _march(sample: Sample, frame: WorkingFrame, parameters: PcaParameters) -> tuple[Marched, float] | None:
     """March, and say how much noise was seen; None where no ball or no march is to be had."""
     extent = float(np.sqrt(np.einsum("ij,ij->i", sample.points, sample.points).max()))
+    once = distinct(sample.points)  # a ball of repetitions would be a perfect line
+    sample = sample if once is sample.points else Sample.of(once)
     scale = estimate_scale(sample, extent, frame.flat) if extent > 0 else None
     if scale is None:
         return None

@@ -41,7 +41,7 @@ class CommonParameters(PartitionParameters):
     outliers: Literal["auto", "keep", "reject"] = Field(
         "auto",
         description="'auto': samples that the noise does not explain are left out when there are any; "
-        "'keep': every sample of a component takes part; 'reject': strict, at three standard deviations.",
+        "'keep': no sample of a component counts as one; 'reject': strict, at three standard deviations.",
     )
     refine: bool = Field(
         True,

@@ -152,7 +152,9 @@ def _sampling(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partitio
     sigmas = np.array([one.refined.sigma * one.frame.scale for one in solved])
     largest = max(float(sigmas.max()), float(np.finfo(np.float64).tiny))  # squares of huge ones overflow
     sigma = largest * float(np.sqrt(np.average((sigmas / largest) ** 2, weights=weights)))
-    return Sampling(sigma, samples / length if length > 0 else 0.0, parts.epsilon, _nyquist(solved))
+    # Of coordinates near the smallest doubles there are more samples a unit than doubles can say.
+    density = min(samples / length, float(np.finfo(np.float64).max)) if length > 0 else 0.0
+    return Sampling(sigma, density, parts.epsilon, _nyquist(solved))
 
 
 def _nyquist(solved: Sequence[Solved]) -> Nyquist:

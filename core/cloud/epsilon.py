@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from core.cloud.balls import Balls, optimal_balls
 from core.cloud.linkage import components
-from core.cloud.points import LARGEST, Normalisation, centred, inverse_power_of_two
+from core.cloud.points import LARGEST, Normalisation, centred, distinct, inverse_power_of_two
 from core.cloud.sampling import spread_subsample
 
 __all__ = ["estimate_epsilon", "least_component_size"]
@@ -28,13 +28,9 @@ Floats = NDArray[np.float64]
 
 # Coordinates smaller than this, or larger than its inverse, are scaled before anything is squared.
 TINY = 1e-100
-# Odd multipliers of 64 bits, arbitrary.
-HASH = np.array([0x1E3779B97F4A7C15, 0x2545F4914F6CDD1D, 0x369DEA0F31A53F85], dtype=np.int64)
 
 CANDIDATES = 20_000
 SEEDS = 240
-# A point set with a larger share of repeated points than this is freed of them.
-REPEATED = 0.002
 
 # Balls whose points scatter more than this across their line, relative to along it, or whose
 # centre is this far from the seed, are of outliers, or of a curve beside the seed.
@@ -96,7 +92,7 @@ def estimate_epsilon(points: Floats) -> float:
     """
     largest = float(np.abs(points).max())
     unit = inverse_power_of_two(largest) if not TINY < largest < 1 / TINY and largest > 0 else 1.0
-    points = _distinct(points * unit if unit != 1 else points)
+    points = distinct(points * unit if unit != 1 else points)
     if len(points) == 1:
         return 4 * math.ulp(largest)
     return min(max(_estimate(points) / unit, math.ulp(largest)), LARGEST)
@@ -109,23 +105,6 @@ def _estimate(points: Floats) -> float:
     shortest = _hop_by_neighbours(candidates) if probes is None else _shortest_hop(points, probes, way)
     # A hop below the resolution of the coordinates joins nothing more than equal points.
     return _clearest(points, max(shortest * way.scale, math.ulp(float(np.abs(points).max()))))
-
-
-def _distinct(points: Floats) -> Floats:
-    """Keep one of each set of equal points, unless next to none are equal.
-
-    Sorted by a hash of their bits, equal points follow one another, whatever their order
-    was; a collision of hashes can at worst keep a repetition.
-    """
-    bits = (points + 0.0).view(np.int64)  # -0 + 0 is 0
-    hashed = bits[:, 0] * HASH[0]
-    for axis in range(1, points.shape[1]):
-        hashed ^= (hashed >> 29) + bits[:, axis] * HASH[axis]
-    ordered = np.sort(hashed)
-    if np.count_nonzero(ordered[1:] == ordered[:-1]) <= REPEATED * len(points):
-        return points
-    rows = points.take(np.argsort(hashed), axis=0)
-    return rows[np.concatenate(([True], (rows[1:] != rows[:-1]).any(axis=1)))]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,11 +16,17 @@ __all__ = [
     "as_points",
     "bounds",
     "centred",
+    "distinct",
     "inverse_power_of_two",
     "scaled_offset",
 ]
 
 Floats = NDArray[np.float64]
+
+# Odd multipliers of 64 bits, arbitrary.
+HASH = np.array([0x1E3779B97F4A7C15, 0x2545F4914F6CDD1D, 0x369DEA0F31A53F85], dtype=np.int64)
+# A point set with a larger share of repeated points than this is freed of them.
+REPEATED = 0.002
 
 LARGEST = float(np.finfo(np.float64).max)
 
@@ -175,3 +181,29 @@ def centred(points: Floats) -> tuple[Floats, Normalisation]:
     centre = (middle * down + mean / unit * down) / down
     way = Normalisation(centre, spread / unit if spread / unit > 0 else 1.0)
     return way.apply(points), way
+
+
+def distinct(points: Floats) -> Floats:
+    """Keep one of each set of equal points, unless next to none are equal.
+
+    Sorted by a hash of their bits, equal points follow one another, whatever their order
+    was; a collision of hashes can at worst keep a repetition.
+
+    Parameters
+    ----------
+    points : (N, d) array
+
+    Returns
+    -------
+    (M, d) array
+        The input itself when next to none are equal.
+    """
+    bits = (points + 0.0).view(np.int64)  # -0 + 0 is 0
+    hashed = bits[:, 0] * HASH[0]
+    for axis in range(1, points.shape[1]):
+        hashed ^= (hashed >> 29) + bits[:, axis] * HASH[axis]
+    ordered = np.sort(hashed)
+    if np.count_nonzero(ordered[1:] == ordered[:-1]) <= REPEATED * len(points):
+        return points
+    rows = points.take(np.argsort(hashed), axis=0)
+    return rows[np.concatenate(([True], (rows[1:] != rows[:-1]).any(axis=1)))]

@@ -31,6 +31,7 @@ TOUCHING = 4.0  # in sigma: ends this close are one place, whatever their direct
 # Last fits see half a strip and may point astray: ends are also tried with a node or two taken back.
 DEPTHS = ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2))
 COST_OF_DEPTH = 0.5
+BOW = 0.08  # of its length: how far a curve may bow from a bridge, where the noise is less
 CHEAP = 1.0  # a bridge this good is not looked at further
 
 
@@ -148,7 +149,7 @@ def _bridge(sample: Sample, confidence: float, a: End, b: End, opened: list[Frag
     for turn, between in _options(a, b, gap, density, sigma, radius):
         path = np.concatenate([a.place[None], between, b.place[None]])
         length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        seen = _support(sample.few, path, HALF_WIDTH * sigma) / sample.thinning
+        seen = _support(sample.few, path, max(HALF_WIDTH * sigma, BOW * length)) / sample.thinning
         expected = density * length
         if is_empty(seen, expected, confidence) or (len(between) and seen < 0.5 * expected):
             continue
