@@ -115,10 +115,11 @@ def _march_component(
     if found is not None:
         marched, sigma = found
         settle = refine_curves if parameters.refine else as_they_are
-        refined, fragments = (
-            settle(sample, marched.curves, sigma, frame.flat, cut, spacing),
-            marched.fragments,
-        )
+        refined = settle(sample, marched.curves, sigma, frame.flat, cut, spacing)
+        fragments = marched.fragments
+        if _strays(refined, work):  # a blob without a course: no fit holds
+            refined = as_they_are(sample, marched.curves, sigma, frame.flat, cut, spacing)
+            refined = None if _strays(refined, work) else refined
     if refined is None or np.mean(refined.feet.curve >= 0) < LEAST_EXPLAINED:
         chain = chain_neighbours(work)
         if chain is not None:
@@ -126,6 +127,13 @@ def _march_component(
     if refined is None:
         return None
     return Solved(component, members, frame, refined, fragments, parameters.outliers, marched_in_space)
+
+
+def _strays(refined: Refined, points: Floats) -> bool:
+    """Whether a curve leaves the box of its points by more than a quarter of the box."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = 0.25 * float(np.max(high - low))
+    return any(np.any((c.vertices < low - room) | (c.vertices > high + room)) for c in refined.curves)
 
 
 def _march(sample: Sample, frame: WorkingFrame, parameters: PcaParameters) -> tuple[Marched, float] | None:

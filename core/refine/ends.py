@@ -72,7 +72,8 @@ def _end(ordered: Floats, sigma: float) -> float:
     window = max(2.0 * sigma, 6.0 / density)
     some = np.arange(0, last + 1, max(1, last // 2000))
     inside = np.searchsorted(ordered, ordered[some] + window) - some
-    dense = some[inside >= 0.5 * density * window]
+    # Where the window is six spacings the threshold is three samples: rounding must not decide.
+    dense = some[inside > 0.5 * density * window - 0.5]
     mark = ordered[dense[0]] if len(dense) else ordered[0]
     ordered = ordered[np.searchsorted(ordered, mark - REACH * sigma) :]
     beyond = min(END_MASS * density * sigma, 0.25 * len(ordered))

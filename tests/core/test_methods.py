@@ -200,6 +200,33 @@ def test_far_from_the_origin_only_the_coordinates_are_rounded(case, seed):
     assert same_curves(pca(near), moved_back(pca(far), lambda v: v - way)) < 1e-6 * diagonal(points)
 
 
+# Point sets in which the rounding of sums once decided a comparison.
+CLOSE_CALLS = [
+    ("s_shape", 500, 0.005, 912, 0.0),
+    ("disjoint", 500, 0.01, 997, 0.0),
+    ("disjoint", 500, 0.01, 624, 0.0),
+    ("disjoint", 500, 0.02, 237, 0.0),
+    ("disjoint", 1000, 0.02, 573, 0.0),
+    ("disjoint", 2000, 0.02, 585, 0.0),
+    ("star", 500, 0.01, 400, 0.03),
+    ("helix", 700, 0.01, 3, 0.0),
+    ("helix", 1000, 0.005, 444, 0.0),
+    ("lissajous", 500, 0.01, 548, 0.03),
+]
+
+
+@pytest.mark.parametrize("drawn", CLOSE_CALLS)
+def test_rounding_decides_nothing(drawn):
+    name, n, sigma, seed, outliers = drawn
+    points = point_set(name, n=n, sigma=sigma, seed=seed, outliers=outliers).points
+    first, rng = pca(points), np.random.default_rng(0)
+    for _ in range(4):
+        turn, scale = rotation(rng, points.shape[1]), rng.uniform(0.5, 2.0)
+        answer = pca(scale * rng.permutation(points) @ turn.T)
+        back = moved_back(answer, lambda v, turn=turn, scale=scale: v @ turn / scale)
+        assert same_curves(first, back) < 1e-6 * diagonal(points)
+
+
 def test_the_same_points_give_the_same_bits():
     points, first = base(("flower", 0))
     again = pca(points.copy())

@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+
+from core.cloud.sampling import Sample
+from core.refine.corners import find_corners, sharpened
+from core.refine.course import Rules
+from core.refine.pieces import fit_pieces
+from core.refine.polyline import Polyline
+from core.refine.principal_curve import refine_curves
+from core.refine.project import project
+from core.truth import point_set
+from tests.core.shapes import arc, distances, in_space, rotation
+
+SIGMA = 0.01
+
+
+def bent(angle, n=3000, sigma=SIGMA, seed=0):
+    """Samples of two unit strokes from the origin that turn by ``angle``, and the strokes."""
+    rng = np.random.default_rng(seed)
+    ends = np.array([(-1.0, 0.0), (0.0, 0.0), (np.cos(angle), np.sin(angle))])
+    t = rng.uniform(-1.0, 1.0, n)
+    points = np.where(t[:, None] < 0, -t[:, None] * ends[0], t[:, None] * ends[2])
+    return in_space(points + sigma * rng.normal(size=points.shape)), Polyline(in_space(ends), False)
+
+
+def smoothed(points, line, sigma=SIGMA):
+    """The curve as the regression leaves it, and the stations of the samples on it."""
+    (curve,) = refine_curves(Sample.of(points), [line.resampled(0.02)], sigma, True, corners=False).curves
+    feet = project(points, [curve], 5 * sigma)
+    near = feet.curve == 0
+    return curve, points[near], feet.station[near]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("degrees", [60, 90, 120])
+def test_a_corner_is_found_in_its_place(degrees, seed):
+    points, line = bent(np.radians(degrees), n=30_000, seed=seed)
+    curve, near, station = smoothed(points, line)
+    (corner,) = find_corners(near, station, curve, SIGMA)
+    assert np.linalg.norm(corner.place) < SIGMA
+    assert corner.low < corner.station < corner.high
+    assert corner.station == pytest.approx(1.0, abs=5 * SIGMA)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_smooth_curve_has_none(seed):
+    for radius in (1.0, 0.3):
+        points = in_space(arc(3000, SIGMA, radius, seed=seed))
+        angle = np.linspace(0.0, 2 * np.pi, 200, endpoint=False)
+        ring = Polyline(in_space(radius * np.column_stack((np.cos(angle), np.sin(angle)))), True)
+        curve, near, station = smoothed(points, ring)
+        assert find_corners(near, station, curve, SIGMA) == []
+
+
+def test_a_gentle_bend_is_no_corner():
+    points, line = bent(np.radians(15))
+    curve, near, station = smoothed(points, line)
+    assert find_corners(near, station, curve, SIGMA) == []
+
+
+def test_a_corner_turns_with_the_frame():
+    points, line = bent(np.pi / 2)
+    curve, near, station = smoothed(points, line)
+    (here,) = find_corners(near, station, curve, SIGMA)
+    turn = rotation(np.random.default_rng(0), 3).T
+    (there,) = find_corners(near @ turn, station, Polyline(curve.vertices @ turn, False), SIGMA)
+    np.testing.assert_allclose(there.place, here.place @ turn, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["square", "star"])
+def test_all_corners_of_a_polygon_are_sharp(name):
+    sample = point_set(name, n=20_000, sigma=0.0025, seed=1)
+    (truth,) = sample.curves
+    first = Polyline(in_space(truth.vertices[::20]), True)
+    (curve,) = refine_curves(Sample.of(in_space(sample.points)), [first], sample.sigma, True).curves
+    ring = np.concatenate((truth.vertices[-1:], truth.vertices, truth.vertices[:1]))
+    steps = np.diff(ring, axis=0)
+    steps /= np.linalg.norm(steps, axis=1)[:, None]
+    corners = truth.vertices[np.einsum("ij,ij->i", steps[:-1], steps[1:]) < 0.9]
+    assert len(corners) == (4 if name == "square" else 10)
+    assert distances(in_space(corners), curve.vertices, True).max() < sample.sigma
+
+
+def test_without_noise_or_samples_there_is_nothing_to_decide():
+    points, line = bent(np.pi / 2)
+    curve, near, station = smoothed(points, line)
+    assert find_corners(near, station, curve, 0.0) == []
+    assert find_corners(near[:10], station[:10], curve, SIGMA) == []
+
+
+def test_sharpening_puts_the_corner_into_the_course():
+    points, line = bent(np.pi / 2)
+    curve, near, station = smoothed(points, line)
+    found = find_corners(near, station, curve, SIGMA)
+    sharp = sharpened(curve, found)
+    assert any(np.array_equal(v, found[0].place) for v in sharp.vertices)
+    # Outside the corner's reach nothing moves.
+    away = np.abs(curve.stations - found[0].station) > found[0].high - found[0].station
+    kept = {tuple(v) for v in sharp.vertices.tolist()}
+    assert {tuple(v) for v in curve.vertices[away].tolist()} <= kept
+    assert sharpened(curve, []) is curve
+
+
+def test_pieces_meet_in_the_corner_and_follow_the_strokes():
+    points, line = bent(np.pi / 2, n=10_000)
+    curve, near, station = smoothed(points, line)
+    found = find_corners(near, station, curve, SIGMA)
+    fitted, error = fit_pieces(near, curve, found, SIGMA, Rules(1, 4.0, None))
+    assert len(error) == len(fitted.vertices)
+    assert not fitted.closed
+    assert np.linalg.norm(fitted.vertices - found[0].place, axis=1).min() < 1e-12
+    off = distances(fitted.vertices, line.vertices, False)
+    assert np.sqrt(np.mean(off**2)) < SIGMA / 2
+
+
+def test_a_closed_curve_with_one_corner_stays_closed():
+    # A drop: an arc of three quarters of a circle, and two tangents that meet.
+    sample = point_set("airfoil", n=6000, sigma=0.003, seed=2)
+    (truth,) = sample.curves
+    first = Polyline(in_space(truth.vertices[::20]), True)
+    answer = refine_curves(Sample.of(in_space(sample.points)), [first], sample.sigma, True)
+    (curve,) = answer.curves
+    assert curve.closed
+    assert len(answer.errors[0]) == len(curve.vertices)
+    assert curve.length == pytest.approx(truth.length, rel=0.01)
+    steps = np.linalg.norm(np.diff(curve.ring, axis=0), axis=1)
+    assert steps.min() > 0.0

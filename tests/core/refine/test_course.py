@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from core.refine.course import Rules, fit_course
+from tests.core.shapes import in_space
+
+FLAT = Rules(1, 4.0, None)
+
+
+def bow(n, sigma, turn=3.0, seed=0):
+    """Samples of an arc of radius 1, the stations of their feet on it, and their distances."""
+    rng = np.random.default_rng(seed)
+    angle = rng.uniform(0.0, turn, n)
+    radius = 1.0 + sigma * rng.normal(size=n)
+    points = in_space(radius[:, None] * np.column_stack((np.cos(angle), np.sin(angle))))
+    return points, angle, np.abs(radius - 1.0)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("sigma", [0.005, 0.05])
+def test_samples_along_an_arc_give_the_arc(sigma, closed):
+    turn = 2 * np.pi if closed else 3.0
+    points, station, distance = bow(4000, sigma, turn)
+    course = fit_course(points, station, distance, turn, closed, sigma, FLAT)
+    radius = np.linalg.norm(course.vertices, axis=1)
+    assert np.abs(radius - 1.0).max() < sigma / 2
+    assert course.noise == pytest.approx(sigma, rel=0.05)
+    assert len(course.error) == len(course.vertices)
+    # The errors are those that the errors say.
+    assert 0.2 < np.mean((radius - 1.0) ** 2) / np.mean(course.error**2) < 5.0
+
+
+def test_an_open_course_runs_from_end_to_end_and_a_closed_one_around():
+    points, station, distance = bow(4000, 0.01)
+    course = fit_course(points, station, distance, 3.0, False, 0.01, FLAT)
+    angle = np.arctan2(course.vertices[:, 1], course.vertices[:, 0])
+    assert angle[0] == pytest.approx(0.0, abs=0.01)
+    assert angle[-1] == pytest.approx(3.0, abs=0.01)
+    points, station, distance = bow(4000, 0.01, 2 * np.pi)
+    course = fit_course(points, station, distance, 2 * np.pi, True, 0.01, FLAT)
+    gap = np.linalg.norm(course.vertices[0] - course.vertices[-1])
+    assert gap == pytest.approx(2 * np.pi / len(course.vertices), rel=0.1)
+
+
+@pytest.mark.parametrize("spacing", [0.03, 0.2, 10.0])
+def test_the_spacing_of_the_vertices(spacing):
+    points, station, distance = bow(2000, 0.01)
+    course = fit_course(points, station, distance, 3.0, False, 0.01, Rules(1, 4.0, spacing))
+    steps = np.linalg.norm(np.diff(course.vertices, axis=0), axis=1)
+    assert steps.max() < 1.02 * spacing
+
+
+def test_more_samples_err_less():
+    errors = []
+    for n in (500, 5000, 50_000):
+        points, station, distance = bow(n, 0.05)
+        errors.append(np.median(fit_course(points, station, distance, 3.0, False, 0.05, FLAT).error))
+    assert errors[0] > errors[1] > errors[2]
+
+
+def test_less_bandwidth_than_eight_sigma_is_never_taken():
+    # Below, wiggles reinforce themselves when samples are projected again.
+    for sigma in (0.01, 0.05, 0.2):
+        points, station, distance = bow(3000, sigma)
+        course = fit_course(points, station, distance, 3.0, False, sigma, FLAT)
+        assert min(course.bandwidths.inside, course.bandwidths.ends) > 7.9 * sigma
+
+
+@pytest.mark.parametrize("n", [2, 3, 8, 20])
+def test_few_samples_have_a_finite_course(n):
+    points, station, distance = bow(n, 0.01)
+    course = fit_course(points, station, distance, 3.0, False, 0.01, FLAT)
+    assert np.isfinite(course.vertices).all()
+    assert np.isfinite(course.error).all()
+    assert np.isfinite(course.noise)
