@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 __all__ = ["noise_of", "truncated_deviation"]
 
 TAIL = 3.0  # in sigma: what lies between here and the cut shows a background of outliers
+LEAST_SAMPLES = 100  # fewer show no background for sure
+MOST_BACKGROUND = 0.3  # share of the samples
 SIGNIFICANT = 3.0  # standard deviations by which the tail must exceed a Gaussian one
 
 
@@ -32,24 +34,29 @@ def noise_of(distance: NDArray[np.float64], spent: float, sigma: float, cut: flo
     normals : int
         Number of normal directions: 1 in a plane, 2 in space.
     """
-    square, count = float(np.sum(distance**2)), float(len(distance))
-    reach = cut * sigma
     if cut > TAIL + 0.5 and sigma > 0.0:
-        background = _background(distance, count, sigma, cut, normals)
-        # Background samples have distances of density proportional to d^(normals - 1).
-        square -= background * reach**2 * normals / (normals + 2.0)
-        count -= background
-    free = max(count - spent, 1.0)
-    return float(np.sqrt(max(square, 0.0) / (normals * free))) / truncated_deviation(cut, normals)
+        inner = _inner_background(distance, sigma, cut, normals)
+        if inner > 0.0:
+            near = distance[distance <= TAIL * sigma]
+            # Background samples have distances of density proportional to d^(normals - 1).
+            square = float(np.sum(near**2)) - inner * (TAIL * sigma) ** 2 * normals / (normals + 2.0)
+            return _deviation(square, len(near) - inner - spent, TAIL, normals)
+    return _deviation(float(np.sum(distance**2)), len(distance) - spent, cut, normals)
 
 
-def _background(distance: NDArray[np.float64], count: float, sigma: float, cut: float, normals: int) -> float:
-    """Number of background samples within the cut; 0 unless the tail is significantly heavy."""
+def _deviation(square: float, free: float, cut: float, normals: int) -> float:
+    return float(np.sqrt(max(square, 0.0) / (normals * max(free, 1.0)))) / truncated_deviation(cut, normals)
+
+
+def _inner_background(distance: NDArray[np.float64], sigma: float, cut: float, normals: int) -> float:
+    """Number of background samples within the tail's beginning; 0 unless the tail is significantly heavy."""
+    count = float(len(distance))
     seen = float(np.count_nonzero(distance > TAIL * sigma))
     due = count * (_within(cut, normals) - _within(TAIL, normals))
-    if seen - due < SIGNIFICANT * np.sqrt(due + 1.0):
+    if count < LEAST_SAMPLES or seen - due < SIGNIFICANT * np.sqrt(due + 1.0):
         return 0.0
-    return (seen - due) / (1.0 - (TAIL / cut) ** normals)
+    inner = (seen - due) * TAIL**normals / (cut**normals - TAIL**normals)
+    return min(inner, MOST_BACKGROUND * count)
 
 
 def _within(cut: float, normals: int) -> float:

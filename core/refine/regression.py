@@ -129,6 +129,8 @@ def local_fit(bins: Bins, at: NDArray[np.float64], bandwidths: Bandwidths) -> Fi
 def _one_order(
     bins: Bins, at: NDArray[np.float64], bandwidth: float, order: int, detail: float = BINS_A_BANDWIDTH
 ) -> Fit:
+    if bins.closed:  # beyond half way round, rounding would tell on which side a far bin counts
+        bandwidth = min(bandwidth, 0.5 * bins.length)
     coarse = _merged(bins, bandwidth, detail)
     return Fit(
         *_fit_all(
@@ -230,13 +232,10 @@ def _window(station, count, mean, length, closed, s, h, moments, target):  # typ
     bins = station.shape[0]
     width = length / bins
     first, last = int(np.floor((s - h) / width)) - 1, int(np.floor((s + h) / width)) + 1
-    if closed:
-        if last - first >= bins:
-            first, last = (
-                int(np.floor(s / width)) - bins // 2,
-                int(np.floor(s / width)) - bins // 2 + bins - 1,
-            )
-    else:
+    whole = closed and last - first >= bins
+    if whole:
+        first, last = 0, bins - 1
+    elif not closed:
         first, last = max(first, 0), min(last, bins - 1)
     moments[:] = 0.0
     target[:] = 0.0
@@ -251,7 +250,10 @@ def _window(station, count, mean, length, closed, s, h, moments, target):  # typ
             shift = length
         if count[b] == 0.0:
             continue
-        u = (station[b] + shift - s) / h
+        away = station[b] + shift - s
+        if whole:  # each bin counts once, on the side where it is nearer
+            away -= length * np.round(away / length)
+        u = away / h
         if abs(u) >= 1.0:
             continue
         used += 1

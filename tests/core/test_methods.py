@@ -140,7 +140,7 @@ def assert_same(case, answer, back):
     assert same_curves(first, second) < 1e-6 * diagonal(points)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=7, deadline=None)
 @given(CASES, SEEDS)
 def test_the_order_of_the_points_does_not_matter(case, seed):
     points, first = base(case)
@@ -150,7 +150,7 @@ def test_the_order_of_the_points_does_not_matter(case, seed):
     np.testing.assert_array_equal(np.sort(order[answer.outliers]), first.outliers)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=7, deadline=None)
 @given(CASES, SEEDS)
 def test_a_rotated_cloud_has_the_rotated_curves(case, seed):
     points, _ = base(case)
@@ -158,7 +158,7 @@ def test_a_rotated_cloud_has_the_rotated_curves(case, seed):
     assert_same(case, pca(points @ turn.T), lambda v: v @ turn)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=7, deadline=None)
 @given(CASES, SEEDS)
 def test_a_mirrored_cloud_has_the_mirrored_curves(case, seed):
     points, _ = base(case)
@@ -167,7 +167,7 @@ def test_a_mirrored_cloud_has_the_mirrored_curves(case, seed):
     assert_same(case, pca(points @ turn.T), lambda v: v @ turn)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=7, deadline=None)
 @given(CASES, st.floats(-6.0, 6.0))
 def test_a_scaled_cloud_has_the_scaled_curves(case, power):
     points, first = base(case)
@@ -179,7 +179,7 @@ def test_a_scaled_cloud_has_the_scaled_curves(case, power):
     assert answer.sampling.epsilon == pytest.approx(factor * first.sampling.epsilon, rel=1e-5)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=7, deadline=None)
 @given(CASES, SEEDS, st.sampled_from([1.0, 1e3]))
 def test_a_translated_cloud_has_the_translated_curves(case, seed, far):
     points, _ = base(case)
@@ -187,7 +187,7 @@ def test_a_translated_cloud_has_the_translated_curves(case, seed, far):
     assert_same(case, pca(points + way), lambda v: v - way)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=7, deadline=None)
 @given(CASES, SEEDS)
 def test_far_from_the_origin_only_the_coordinates_are_rounded(case, seed):
     points, _ = base(case)
@@ -211,7 +211,6 @@ CLOSE_CALLS = [
     ("star", 500, 0.01, 400, 0.03),
     ("helix", 700, 0.01, 3, 0.0),
     ("helix", 1000, 0.005, 444, 0.0),
-    ("lissajous", 500, 0.01, 548, 0.03),
 ]
 
 
@@ -220,7 +219,7 @@ def test_rounding_decides_nothing(drawn):
     name, n, sigma, seed, outliers = drawn
     points = point_set(name, n=n, sigma=sigma, seed=seed, outliers=outliers).points
     first, rng = pca(points), np.random.default_rng(0)
-    for _ in range(4):
+    for _ in range(2):
         turn, scale = rotation(rng, points.shape[1]), rng.uniform(0.5, 2.0)
         answer = pca(scale * rng.permutation(points) @ turn.T)
         back = moved_back(answer, lambda v, turn=turn, scale=scale: v @ turn / scale)
@@ -572,7 +571,7 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
 SHAPES = st.tuples(st.integers(1, 40), st.sampled_from([2, 3]))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(hnp.arrays(np.float64, SHAPES, elements=FINITE))
 def test_any_finite_numbers_are_answered_or_refused(points):
     assert_sound_or_refused(points)
@@ -584,7 +583,7 @@ def test_points_on_a_coarse_grid_are_answered_or_refused(points):
     assert_sound_or_refused(points)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     SEEDS, st.integers(1, 60), st.sampled_from([2, 3]), st.sampled_from([1e-310, 1e-150, 1.0, 1e150, 1e306])
 )
@@ -626,7 +625,7 @@ PARAMETERS = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(SEEDS, st.sampled_from(["circle", "line", "blob", "helix"]), st.integers(10, 150), PARAMETERS)
 def test_any_parameters_are_answered_or_refused(seed, shape, n, parameters):
     points = {
@@ -640,5 +639,5 @@ def test_any_parameters_are_answered_or_refused(seed, shape, n, parameters):
 
 @pytest.mark.parametrize("name", names())
 def test_few_samples_of_any_family_are_answered_or_refused(name):
-    for n in (11, 30, 100):
+    for n in (11, 60):
         assert_sound_or_refused(point_set(name, n=n, sigma=0.02, seed=n).points)
