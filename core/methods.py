@@ -14,11 +14,11 @@ from core.cloud.partition import partition as _partition
 from core.cloud.points import as_points, distinct
 from core.cloud.sampling import Sample, estimate_scale
 from core.cloud.working_frame import WorkingFrame, working_frame
-from core.errors import DegenerateInput
+from core.errors import DegenerateInput, InvalidParameter
 from core.march.chain import chain_neighbours
 from core.march.fragments import Fragment, Pace
 from core.march.solve import Marched, solve_march
-from core.parameters import PartitionParameters, PcaParameters
+from core.parameters import CommonParameters, PartitionParameters, PcaParameters
 from core.refine.principal_curve import CUT, Refined, as_they_are, refine_curves
 from core.report import Solved, report
 from core.results import Component, Partition, Reconstruction
@@ -29,6 +29,7 @@ Floats = NDArray[np.float64]
 
 LEAST_POINTS = 6
 LEAST_EXPLAINED = 0.9  # share of samples on the marched curves, below which neighbours are linked instead
+MOST_VERTICES = 1_000_000  # along the diagonal of a component's box
 CUTS = {"auto": CUT, "keep": 5.0, "reject": 3.0}  # in sigma
 
 
@@ -108,7 +109,7 @@ def _march_component(
     work, frame = working_frame(points, component.frame.axes, flat)
     sample = Sample.of(work)
     cut = CUTS[parameters.outliers]
-    spacing = parameters.vertex_spacing / frame.scale if parameters.vertex_spacing else None
+    spacing = _spacing(parameters, work, frame)
     found = _march(sample, frame, parameters)
     fragments: list[Fragment] = []
     refined: Refined | None = None
@@ -127,6 +128,19 @@ def _march_component(
     if refined is None:
         return None
     return Solved(component, members, frame, refined, fragments, parameters.outliers, marched_in_space)
+
+
+def _spacing(parameters: CommonParameters, work: Floats, frame: WorkingFrame) -> float | None:
+    """The wished spacing of vertices in working units."""
+    if parameters.vertex_spacing is None:
+        return None
+    diagonal = float(np.linalg.norm(np.ptp(work, axis=0)))
+    if parameters.vertex_spacing * MOST_VERTICES < diagonal * frame.scale:
+        raise InvalidParameter(
+            f"vertex_spacing would make more than {MOST_VERTICES} vertices; give a larger one.",
+            ("parameters", "vertex_spacing"),
+        )
+    return parameters.vertex_spacing / frame.scale
 
 
 def _strays(refined: Refined, points: Floats) -> bool:

@@ -37,6 +37,7 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 STRICT = 3.0  # in sigma: what "reject" leaves out
+LARGEST = float(np.finfo(np.float64).max)  # lengths beyond it cannot be said
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,9 +129,9 @@ def _curves(one: Solved, own: Ints) -> list[Curve]:
                 vertices=one.frame.restore(line.vertices),
                 closed=line.closed,
                 component=one.component.label,
-                length=line.length * one.frame.scale,
+                length=min(line.length * one.frame.scale, LARGEST),
                 samples=len(distance),
-                rms_residual=residual * one.frame.scale,
+                rms_residual=min(residual * one.frame.scale, LARGEST),
             )
         )
     return out
@@ -153,7 +154,7 @@ def _sampling(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partitio
     largest = max(float(sigmas.max()), float(np.finfo(np.float64).tiny))  # squares of huge ones overflow
     sigma = largest * float(np.sqrt(np.average((sigmas / largest) ** 2, weights=weights)))
     # Of coordinates near the smallest doubles there are more samples a unit than doubles can say.
-    density = min(samples / length, float(np.finfo(np.float64).max)) if length > 0 else 0.0
+    density = min(samples / length, LARGEST) if length > 0 else 0.0
     return Sampling(sigma, density, parts.epsilon, _nyquist(solved))
 
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from core.errors import DegenerateInput, InvalidPoints, TapelineError
+from core.errors import DegenerateInput, InvalidParameter, InvalidPoints, TapelineError
 from core.methods import partition, pca
 from core.parameters import PartitionParameters, PcaParameters
 from core.results import Curve
@@ -419,6 +419,13 @@ def test_the_spacing_of_the_vertices():
             assert steps.min() > 0.7 * spacing
 
 
+@pytest.mark.parametrize("refine", [True, False])
+def test_a_spacing_that_no_memory_could_hold_is_refused(refine):
+    with pytest.raises(InvalidParameter) as raised:
+        reconstruct(arc(500, 0.01), vertex_spacing=1e-13, refine=refine)
+    assert "vertex_spacing" in raised.value.loc
+
+
 def test_unrefined_curves_are_the_march():
     points = arc(2000, 0.02)
     answer = pca(points, PcaParameters(refine=False), stages=True)
@@ -460,6 +467,13 @@ def test_radius_and_step_are_in_the_units_of_the_points():
     np.testing.assert_allclose([b.radius for b in answer.stages.balls], 6.0)
     gaps = np.linalg.norm(np.diff(answer.stages.march[0], axis=0), axis=1)
     assert np.median(gaps) == pytest.approx(2.0, rel=0.05)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.05, 0.3])
+def test_any_reasonable_step_leads_around(step):
+    answer = reconstruct(arc(2000, 0.01), step=step)
+    assert topology(answer) == [True]
+    assert answer.curves[0].length == pytest.approx(2 * np.pi, rel=0.01)
 
 
 def test_the_number_of_uses_limits_the_balls():
@@ -565,6 +579,13 @@ def assert_sound_or_refused(points, **parameters):
     except TapelineError:
         return
     assert_sound(answer, points)
+
+
+@pytest.mark.parametrize(("n", "dimension"), [(30, 2), (60, 3), (120, 3)])
+@pytest.mark.parametrize("seed", [0, 11, 12])
+def test_the_largest_and_smallest_doubles_are_answered_or_refused(n, dimension, seed):
+    extremes = [0.0, 1.0, -1.0, 1e308, -1e308, 5e-324, 1e-300, 1e300, 1.7e308]
+    assert_sound_or_refused(np.random.default_rng(seed).choice(extremes, (n, dimension)))
 
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
