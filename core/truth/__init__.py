@@ -4,10 +4,13 @@ from core.truth.families import Family
 from core.truth.metrics import Score, score
 from core.truth.oracle import oracle_rms
 from core.truth.point_sets import PointSet, TrueCurve, describe, family, held_out_names, names, point_set
+from core.truth.readings import Reading, Readings, readings
 
 __all__ = [
     "Family",
     "PointSet",
+    "Reading",
+    "Readings",
     "Score",
     "TrueCurve",
     "describe",
@@ -16,5 +19,6 @@ __all__ = [
     "names",
     "oracle_rms",
     "point_set",
+    "readings",
     "score",
 ]

@@ -20,7 +20,7 @@ from core.truth.curves import (
     spline,
 )
 
-__all__ = ["BUILT_IN", "Family", "Scans", "ellipse"]
+__all__ = ["BUILT_IN", "Curves", "Family", "Scans", "ellipse"]
 
 Floats = NDArray[np.float64]
 Curves = tuple[ParametricCurve, ...]

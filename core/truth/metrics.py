@@ -11,7 +11,9 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import KDTree
 
 from core.truth.intersections import crossings
+from core.truth.junctions import apart, diagonal, joinings
 from core.truth.point_sets import PointSet, TrueCurve
+from core.truth.readings import Reading, readings
 
 __all__ = ["Score", "distances", "resample", "rms", "score", "true_points"]
 
@@ -21,6 +23,8 @@ Polyline = tuple[Floats, bool]
 _SAMPLES = 4096  # per set of curves, spread by length
 _TOLERANCE = 3.0  # sigmas within which a place counts as covered
 _EXACT = 1e-3  # of the diagonal: the same for a sample without noise
+_AT_JUNCTION = 2.0  # tolerances from a junction within which an end that runs past it does not cross
+_NEAR_TURN = 5.0  # tolerances from a crossing within which curves that do not cross are rounded off
 _COVER = 0.95  # of the length, on both sides, makes a curve the other's own
 
 
@@ -39,11 +43,14 @@ class Score:
     excess : float
         Fraction of the result's length farther than that from the truth.
     curves, true_curves : int
+        Where three or more ends meet, each way of joining them in pairs is true; the best for the result.
     crossings, true_crossings : int
+        An end that runs past the curve on which it should end does not count.
     flags_right : bool
         As many curves as in truth, and the matched ones open or closed as in truth.
     covered : bool
-        Each true curve and its matched result lie within three sigma of each other, for 95 % of both.
+        Each true curve and its matched result lie within three sigma of each other, for 95 % of both;
+        in readings without crossings, all true curves and all of the result.
     """
 
     rms: float
@@ -111,10 +118,24 @@ def rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def score(curves: Sequence[Polyline], truth: PointSet) -> Score:
+def score(curves: Sequence[Polyline], truth: PointSet, reading: Reading = "through") -> Score:
     """Measure curves, each given as ((M, d) vertices, closed), against the truth of a point set.
 
     A closed curve does not repeat its first vertex. Without any curve all distances are infinite.
+
+    Parameters
+    ----------
+    curves : sequence of ((M, d) vertices, closed)
+    truth : PointSet
+    reading : {"through", "split", "waist"}
+        How the true curves go on where they cross; see :mod:`core.truth.readings` for the other two.
+        There, no curve may cross, all must be closed, and together they cover the truth; near its
+        crossings, where they turn a corner, twice as loosely.
+
+    Raises
+    ------
+    ValueError
+        When the point set has no such reading.
 
     Examples
     --------
@@ -124,18 +145,22 @@ def score(curves: Sequence[Polyline], truth: PointSet) -> Score:
     True
     """
     true = [(one.vertices, one.closed) for one in truth.curves]
-    found = len(crossings(curves).locations)
-    wanted = len(truth.crossings)
+    wanted = len(truth.crossings) if reading == "through" else 0
     if not curves:
         inf = float("inf")
-        return Score(inf, inf, inf, inf, 0.0, 0.0, 0, len(true), found, wanted, False, False)
-    tolerance = max(_TOLERANCE * truth.sigma, _EXACT * _diagonal(truth.curves))
-    there = distances(true_points(truth.curves), curves)
+        return Score(inf, inf, inf, inf, 0.0, 0.0, 0, len(true), 0, wanted, False, False)
+    tolerance = max(_TOLERANCE * truth.sigma, _EXACT * diagonal(true))
+    found = apart(crossings(curves).locations, truth.junctions, _AT_JUNCTION * tolerance)
+    exact, places = true_points(truth.curves), np.concatenate(resample(curves))
+    there = distances(exact, curves)
     fine = [(one.exact.polyline(2 * _SAMPLES), one.closed) for one in truth.curves]
-    back = distances(np.concatenate(resample(curves)), fine)
-    pairs = _match(curves, true)
-    flags = len(curves) == len(true) and all(curves[i][1] == true[j][1] for i, j in pairs)
-    covered = len(pairs) == len(true) and all(_own(curves[i], true[j], tolerance) for i, j in pairs)
+    back = distances(places, fine)
+    if reading == "through":
+        best = _best_agreement(curves, true, tolerance)
+    else:
+        gaps = (exact, there), (places, back)
+        near = min(_share_near(*one, truth.crossings, tolerance) for one in gaps)
+        best = _without_crossings(curves, _count(true, reading), near >= _COVER)
     return Score(
         rms(there),
         float(there.max()),
@@ -144,11 +169,11 @@ def score(curves: Sequence[Polyline], truth: PointSet) -> Score:
         float(np.mean(there <= tolerance)),
         float(np.mean(back > tolerance)),
         len(curves),
-        len(true),
-        found,
+        best.curves,
+        int(found.sum()),
         wanted,
-        flags,
-        covered,
+        best.flags,
+        best.covered,
     )
 
 
@@ -166,6 +191,46 @@ def _chords(polylines: Sequence[Polyline], count: int) -> tuple[Floats, Floats]:
         starts.append(ring[number] + (step / pieces[number])[:, None] * rise)
         ends.append(ring[number] + ((step + 1) / pieces[number])[:, None] * rise)
     return np.concatenate(starts), np.concatenate(ends)
+
+
+@dataclass(frozen=True, slots=True)
+class _Agreement:
+    """How a result agrees with one reading of the truth, which has ``curves`` curves."""
+
+    curves: int
+    flags: bool
+    covered: bool
+
+
+def _best_agreement(curves: Sequence[Polyline], true: Sequence[Polyline], tolerance: float) -> _Agreement:
+    agreements = [_agreement(curves, one, tolerance) for one in joinings(true)]
+    return max(agreements, key=lambda one: (one.flags and one.covered, one.flags, one.covered))
+
+
+def _agreement(curves: Sequence[Polyline], true: Sequence[Polyline], tolerance: float) -> _Agreement:
+    pairs = _match(curves, true)
+    flags = len(curves) == len(true) and all(curves[i][1] == true[j][1] for i, j in pairs)
+    covered = len(pairs) == len(true) and all(_own(curves[i], true[j], tolerance) for i, j in pairs)
+    return _Agreement(len(true), flags, covered)
+
+
+def _without_crossings(curves: Sequence[Polyline], count: int, covered: bool) -> _Agreement:
+    """Compare with a reading that is so many closed curves."""
+    return _Agreement(count, len(curves) == count and all(closed for _, closed in curves), covered)
+
+
+def _share_near(places: Floats, gaps: Floats, turns: Floats, tolerance: float) -> float:
+    """Return the share of gaps within tolerance; within twice as much near the turns of curves."""
+    loosely = np.where(apart(places, turns, _NEAR_TURN * tolerance), tolerance, 2 * tolerance)
+    return float(np.mean(gaps <= loosely))
+
+
+def _count(true: Sequence[Polyline], reading: Reading) -> int:
+    """Return the number of curves in a reading without crossings."""
+    known = readings(true)
+    if known is None:
+        raise ValueError("Only closed curves in the plane can be read as curves that do not cross.")
+    return known.count(reading)
 
 
 def _match(curves: Sequence[Polyline], true: Sequence[Polyline]) -> list[tuple[int, int]]:
@@ -186,8 +251,3 @@ def _own(curve: Polyline, true: Polyline, tolerance: float) -> bool:
     there = distances(resample([true], 1024)[0], [curve], 1024)
     back = distances(resample([curve], 1024)[0], [true], 1024)
     return bool(min(np.mean(there <= tolerance), np.mean(back <= tolerance)) >= _COVER)
-
-
-def _diagonal(curves: Sequence[TrueCurve]) -> float:
-    everything = np.concatenate([one.vertices for one in curves])
-    return float(np.linalg.norm(np.ptp(everything, axis=0)))

@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.errors import InvalidParameter
+from core.truth.crossing_families import CROSSING
 from core.truth.curves import ParametricCurve
 from core.truth.families import BUILT_IN, Family, Scans
 from core.truth.held_out import HELD_OUT
+from core.truth.held_out_crossings import HELD_OUT_CROSSING
 from core.truth.intersections import crossings
+from core.truth.junctions import TOUCH, apart, diagonal, junctions
 
 __all__ = ["PointSet", "TrueCurve", "describe", "family", "held_out_names", "names", "point_set"]
 
@@ -24,7 +27,9 @@ MAX_SIGMA = 0.2
 MAX_OUTLIERS = 0.9
 _VERTICES = 2000  # of an exact polyline: the chords of a circle sag by 4e-7 of its diagonal
 _MARGIN = 0.1  # outliers come from the bounding box enlarged by this much of the diagonal on each side
-_FAMILIES = {one.name: one for one in (*BUILT_IN, *HELD_OUT)}
+_BUILT_IN = (*BUILT_IN, *CROSSING)
+_HELD_OUT = (*HELD_OUT, *HELD_OUT_CROSSING)
+_FAMILIES = {one.name: one for one in (*_BUILT_IN, *_HELD_OUT)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +71,9 @@ class PointSet:
     crossings : (K, d) array
         Where the exact curves cross themselves and each other.
     smooth, non_crossing : bool
-        Whether the curves are free of corners, and of crossings.
+        Whether the curves are free of corners, and of crossings and junctions.
+    junctions : (K, d) array
+        Where open curves end on other curves; no crossing counts there.
     """
 
     name: str
@@ -78,16 +85,17 @@ class PointSet:
     crossings: Floats
     smooth: bool
     non_crossing: bool
+    junctions: Floats
 
 
 def names() -> tuple[str, ...]:
     """Return the names of the built-in families."""
-    return tuple(one.name for one in BUILT_IN)
+    return tuple(one.name for one in _BUILT_IN)
 
 
 def held_out_names() -> tuple[str, ...]:
     """Return the names of the families kept for tests and benchmarks."""
-    return tuple(one.name for one in HELD_OUT)
+    return tuple(one.name for one in _HELD_OUT)
 
 
 def family(name: str) -> Family:
@@ -144,7 +152,7 @@ def point_set(
     n = chosen.size if n is None else n
     fraction = chosen.sigma if sigma is None else sigma
     _check(n, fraction, outliers, seed)
-    truth, places = _truth(name, seed if chosen.varies else 0)
+    truth, crossing, junction = _truth(name, seed if chosen.varies else 0)
     low, high = _box(truth)
     noise = float(fraction * np.linalg.norm(high - low))
     rng = np.random.default_rng(seed)
@@ -157,7 +165,8 @@ def point_set(
         points = np.vstack((points, stray))[order]
         curve_of = np.concatenate((curve_of, np.full(count, -1)))[order]
         u = np.concatenate((u, np.full(count, np.nan)))[order]
-    return PointSet(name, points, truth, noise, curve_of, u, places, chosen.smooth, chosen.non_crossing)
+    flags = chosen.smooth, chosen.non_crossing
+    return PointSet(name, points, truth, noise, curve_of, u, crossing, *flags, junction)
 
 
 def _check(n: int, sigma: float, outliers: float, seed: int) -> None:
@@ -172,17 +181,19 @@ def _check(n: int, sigma: float, outliers: float, seed: int) -> None:
 
 
 @lru_cache(maxsize=64)
-def _truth(name: str, seed: int) -> tuple[tuple[TrueCurve, ...], Floats]:
-    """Build the exact curves and their crossings."""
+def _truth(name: str, seed: int) -> tuple[tuple[TrueCurve, ...], Floats, Floats]:
+    """Build the exact curves, their crossings and their junctions."""
     chosen = family(name)
     exact = chosen.build(seed)
     truth = tuple(TrueCurve(one.polyline(_VERTICES), one.closed, one.length, one) for one in exact)
     for one in truth:
         one.vertices.setflags(write=False)  # shared between point sets
-    dimension = truth[0].vertices.shape[1]
-    places = np.zeros((0, dimension)) if chosen.non_crossing else _exact_crossings(truth)
+    none = np.zeros((0, truth[0].vertices.shape[1]))
+    ends = none if chosen.non_crossing else junctions([(one.vertices, one.closed) for one in truth])
+    places = none if chosen.non_crossing else _exact_crossings(truth, ends)
     places.setflags(write=False)
-    return truth, places
+    ends.setflags(write=False)
+    return truth, places, ends
 
 
 def _box(truth: tuple[TrueCurve, ...]) -> tuple[Floats, Floats]:
@@ -190,11 +201,16 @@ def _box(truth: tuple[TrueCurve, ...]) -> tuple[Floats, Floats]:
     return everything.min(axis=0), everything.max(axis=0)
 
 
-def _exact_crossings(truth: tuple[TrueCurve, ...]) -> Floats:
-    """Find crossings on the polylines and polish them on the exact curves by Newton's method."""
-    found = crossings([(one.vertices, one.closed) for one in truth])
+def _exact_crossings(truth: tuple[TrueCurve, ...], ends: Floats) -> Floats:
+    """Find crossings on the polylines and polish them on the exact curves by Newton's method.
+
+    What touches at the ``ends`` does not cross there.
+    """
+    lines = [(one.vertices, one.closed) for one in truth]
+    found = crossings(lines)
+    proper = apart(found.locations, ends, TOUCH * diagonal(lines))
     places = []
-    for (i, j), (p, q) in zip(found.curves, found.positions, strict=True):
+    for (i, j), (p, q) in zip(found.curves[proper], found.positions[proper], strict=True):
         a, b = truth[i].exact, truth[j].exact
         u = a.parameter([_fraction(truth[i], p)])
         v = b.parameter([_fraction(truth[j], q)])

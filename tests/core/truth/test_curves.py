@@ -4,12 +4,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipe
 
+from core.truth.crossing_families import CROSSING
 from core.truth.curves import Term, bezier, cos, harmonic, polar, polygon, power, sin, spline
 from core.truth.families import BUILT_IN
 from core.truth.held_out import HELD_OUT
+from core.truth.held_out_crossings import HELD_OUT_CROSSING
 
 TURN = (0.0, 2 * np.pi)
-CURVES = [(one.name, curve) for one in (*BUILT_IN, *HELD_OUT) for curve in one.build(0)]
+FAMILIES = (*BUILT_IN, *CROSSING, *HELD_OUT, *HELD_OUT_CROSSING)
+CURVES = [(one.name, curve) for one in FAMILIES for curve in one.build(0)]
 every_curve = pytest.mark.parametrize("curve", [c for _, c in CURVES], ids=[name for name, _ in CURVES])
 
 

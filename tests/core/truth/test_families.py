@@ -1,13 +1,16 @@
 import numpy as np
 import pytest
 
+from core.truth.crossing_families import CROSSING
 from core.truth.families import BUILT_IN
 from core.truth.held_out import HELD_OUT
+from core.truth.held_out_crossings import HELD_OUT_CROSSING
 from core.truth.intersections import crossings, separation
+from core.truth.junctions import junctions
 
-EVERY = (*BUILT_IN, *HELD_OUT)
+EVERY = (*BUILT_IN, *CROSSING, *HELD_OUT, *HELD_OUT_CROSSING)
 every_family = pytest.mark.parametrize("family", EVERY, ids=[one.name for one in EVERY])
-apart = [one for one in EVERY if one.smooth and one.non_crossing]
+clear = [one for one in EVERY if one.smooth and one.non_crossing]
 
 
 def polylines(family, seed=0, count=500):
@@ -26,7 +29,9 @@ def test_names_are_unique():
 def test_the_flags_tell_the_truth(family):
     curves = family.build(0)
     assert family.smooth == (not any(curve.corners for curve in curves))
-    assert family.non_crossing == (len(crossings(polylines(family)).locations) == 0)
+    lines = polylines(family)
+    meet = len(crossings(lines).locations) + len(junctions(lines))
+    assert family.non_crossing == (meet == 0)
 
 
 @every_family
@@ -52,7 +57,7 @@ def test_only_families_that_vary_depend_on_the_seed(family):
     assert np.array_equal(one, other) != family.varies
 
 
-@pytest.mark.parametrize("family", apart, ids=[one.name for one in apart])
+@pytest.mark.parametrize("family", clear, ids=[one.name for one in clear])
 def test_branches_keep_a_nyquist_distance_at_the_largest_noise(family):
     lines = polylines(family)
     assert separation(lines) > 5.0 * 0.02 * diagonal(lines)

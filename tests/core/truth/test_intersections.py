@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.truth.intersections import crossings, separation
@@ -29,6 +29,36 @@ def test_a_bow_tie_crosses_itself_once():
 def test_a_crossing_at_a_common_vertex_counts_once():
     across = np.array([(-1, 0), (0, 0), (1, 0)], float)
     assert len(crossings([(across, False), (across[:, ::-1], False)]).locations) == 1
+
+
+@pytest.mark.parametrize("first", range(4))
+def test_a_self_crossing_at_a_vertex_counts_once_wherever_the_curve_starts(first):
+    bow = np.roll([(0, 0), (1, 1), (2, 2), (2, 0), (1, 1), (0, 2)], -first, axis=0).astype(float)
+    np.testing.assert_allclose(crossings([(bow, True)]).locations, [[1.0, 1.0]])
+
+
+@settings(max_examples=30)
+@given(st.floats(0.0, 6.28), st.integers(0, 5))
+def test_curves_that_touch_at_a_vertex_do_not_cross(angle, first):
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    lobe = np.array([(0, 0), (2, 1), (3, 0), (3, -1), (2, -1), (1, -0.6)]) @ turn
+    pair = (lobe, True), (np.roll(lobe * (-1, -1), first, axis=0), True)
+    assert len(crossings(pair).locations) == 0
+    inner = np.array([(0, 0), (1, 0.2), (2, 0), (1, -0.2)]) @ turn
+    assert len(crossings([(lobe, True), (np.roll(inner, first, axis=0), True)]).locations) == 0
+
+
+def test_a_curve_that_touches_itself_at_a_vertex_does_not_cross():
+    pinched = np.array([(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)], float)
+    assert len(crossings([(pinched, True)]).locations) == 0
+
+
+@settings(max_examples=30)
+@given(st.floats(-0.9, 0.9))
+def test_a_curve_that_ends_on_another_does_not_cross_it(at):
+    bar = np.array([(-1, 0), (0, 0), (1, 0)], float)
+    stem = np.array([(at, 0.0), (0.2, 1.0)])
+    assert len(crossings([(bar, False), (stem, False)]).locations) == 0
 
 
 def test_positions_lead_to_the_location():

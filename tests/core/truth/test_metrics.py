@@ -132,3 +132,90 @@ def test_no_curve_at_all_is_infinitely_far():
     assert got.rms == float("inf")
     assert got.completeness == 0.0
     assert not got.topology_right
+
+
+# --- junctions ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("passing", [(0, 1), (1, 2), (2, 0)])
+def test_any_two_arms_of_a_star_may_be_one_curve(passing):
+    sample = point_set("y_junction", n=10)
+    arms = [one.vertices for one in sample.curves]
+    one, other = passing
+    (third,) = {0, 1, 2} - set(passing)
+    got = score([(np.vstack((arms[one][:0:-1], arms[other])), False), (arms[third], False)], sample)
+    assert got.topology_right
+    assert (got.curves, got.true_curves) == (2, 2)
+
+
+def test_a_star_is_not_one_curve_nor_four():
+    sample = point_set("y_junction", n=10)
+    arms = [one.vertices for one in sample.curves]
+    whole = np.vstack((arms[0][:0:-1], arms[1], arms[2][::-1]))
+    assert not score([(whole, False)], sample).topology_right
+    halves = [(arms[0][:1000], False), (arms[0][1000:], False), (arms[1], False), (arms[2], False)]
+    assert not score(halves, sample).topology_right
+
+
+def test_the_bar_of_a_t_goes_straight_on():
+    sample = point_set("t_junction", n=10)
+    bar, stem = (one.vertices for one in sample.curves)
+    foot = np.argmin(np.linalg.norm(bar - stem[0], axis=1))
+    assert not score([(bar[:foot], False), (bar[foot:], False), (stem, False)], sample).flags_right
+    assert not score([(bar[:foot], False), (np.vstack((bar[:foot:-1], stem)), False)], sample).covered
+
+
+@pytest.mark.parametrize(("sigmas", "count"), [(1.0, 0), (25.0, 1)])
+def test_an_end_crosses_only_where_it_runs_far_past_its_junction(sigmas, count):
+    sample = point_set("t_junction", n=10)
+    bar, stem = (one.vertices for one in sample.curves)
+    beyond = stem[:1] + np.array([[0.0, (sigmas + 1.0) * sample.sigma]])
+    raised = bar + np.array([0.0, sigmas * sample.sigma])
+    got = score([(raised, False), (np.vstack((beyond, stem)), False)], sample)
+    assert got.crossings == count
+
+
+# --- readings without crossings -----------------------------------------------------------------------
+
+
+def lobes(sample):
+    vertices = sample.curves[0].vertices
+    return [(vertices[vertices[:, 0] > 0.01], True), (vertices[vertices[:, 0] < -0.01], True)]
+
+
+def test_two_lobes_are_a_split_figure_8_and_nothing_else():
+    sample = point_set("figure_8", n=10)
+    assert score(lobes(sample), sample, "split").topology_right
+    assert not score(lobes(sample), sample, "waist").topology_right
+    assert not score(lobes(sample), sample).topology_right
+
+
+def test_one_lobe_turned_round_makes_a_waist():
+    sample = point_set("figure_8", n=10)
+    first, second = (vertices for vertices, _ in lobes(sample))
+    first = np.roll(first, -np.argmax(np.linalg.norm(np.diff(first, axis=0), axis=1)) - 1, axis=0)
+    outline = [(np.vstack((first, second[::-1])), True)]
+    got = score(outline, sample, "waist")
+    assert (got.curves, got.crossings, got.topology_right) == (1, 0, True)
+
+
+def test_what_crosses_is_no_reading_without_crossings():
+    sample = point_set("figure_8", n=10)
+    for reading in ("split", "waist"):
+        got = score(truth_of(sample), sample, reading)
+        assert (got.crossings, got.true_crossings) == (1, 0)
+        assert not got.topology_right
+
+
+def test_a_split_that_lacks_a_lobe_does_not_cover():
+    sample = point_set("figure_8", n=10)
+    right = lobes(sample)[0]
+    got = score([right, right], sample, "split")
+    assert got.flags_right
+    assert not got.covered
+
+
+def test_open_curves_have_no_reading_without_crossings():
+    sample = point_set("ribbon", n=10)
+    with pytest.raises(ValueError, match="closed"):
+        score(truth_of(sample), sample, "split")

@@ -87,6 +87,7 @@ def test_the_oracle_is_the_same_wherever_the_curve_lies():
         flat.crossings,
         flat.smooth,
         flat.non_crossing,
+        flat.junctions,
     )
     assert oracle_rms(again) == pytest.approx(oracle_rms(flat), rel=1e-9)
 

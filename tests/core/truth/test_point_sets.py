@@ -84,7 +84,21 @@ def test_order_says_nothing_about_place():
     assert abs(np.corrcoef(np.arange(20000), sample.curve_of)[0, 1]) < 6 / np.sqrt(20000)
 
 
-@pytest.mark.parametrize(("name", "count"), [("figure_8", 1), ("double_8", 3), ("lissajous", 7)])
+CROSSED = [
+    ("figure_8", 1),
+    ("double_8", 3),
+    ("lissajous", 7),
+    ("ribbon", 1),
+    ("limacon_loop", 1),
+    ("looped_square", 4),
+    ("pretzel", 3),
+    ("bow", 2),
+    ("pentagram", 5),
+    ("trifolium_ribbon", 3),
+]
+
+
+@pytest.mark.parametrize(("name", "count"), CROSSED)
 def test_crossings_are_where_two_branches_meet(name, count):
     sample = point_set(name, n=1)
     assert sample.crossings.shape == (count, 2)
@@ -103,6 +117,37 @@ def test_crossings_are_where_two_branches_meet(name, count):
 
 def test_figure_8_crosses_at_its_centre():
     np.testing.assert_allclose(point_set("figure_8", n=1).crossings, [[0.0, 0.0]], atol=1e-12)
+
+
+def test_circles_cross_where_both_have_their_radius():
+    first, second = (one.exact for one in point_set("two_circles", n=1).curves)
+    places = point_set("two_circles", n=1).crossings
+    assert places.shape == (2, 2)
+    for one in (first, second):
+        centre = one.evaluate([0.0, 0.5]).mean(axis=0)
+        radius = one.length / (2 * np.pi)
+        np.testing.assert_allclose(np.linalg.norm(places - centre, axis=1), radius, rtol=1e-9)
+
+
+def test_a_wave_crosses_the_line_of_its_zeros():
+    places = point_set("wave_line", n=1).crossings
+    np.testing.assert_allclose(sorted(places[:, 0]), [0.0, np.pi, 2 * np.pi], atol=1e-9)
+    np.testing.assert_allclose(places[:, 1], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "count"), [("t_junction", 1), ("y_junction", 1), ("fork", 1), ("theta", 2)])
+def test_what_ends_on_another_curve_does_not_cross_it(name, count):
+    sample = point_set(name, n=1)
+    assert len(sample.crossings) == 0
+    assert sample.junctions.shape == (count, 2)
+    for place in sample.junctions:
+        touching = [distances(place[None], [line])[0] < 1e-4 * diagonal(sample) for line in lines(sample)]
+        assert sum(touching) > 1
+
+
+def test_sets_without_crossings_have_no_junctions():
+    assert point_set("disjoint", n=1).junctions.shape == (0, 2)
+    assert point_set("helix", n=1).junctions.shape == (0, 3)
 
 
 def test_outliers_come_on_top_and_anywhere_in_the_enlarged_box():
