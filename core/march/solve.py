@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from core.cloud.sampling import Sample, spread_subsample
-from core.march.evidence import description_length
 from core.march.fragments import Fragment, Pace, march_all
 from core.march.join import join_fragments
 from core.march.prune import prune_fragments
+from core.refine.evidence import description_length
 from core.refine.polyline import Polyline
 from core.refine.principal_curve import refine_curves
 

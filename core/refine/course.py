@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.refine.noise import noise_of
+from core.refine.noise import mass, mean_square, noise_of
 from core.refine.regression import Bandwidths, Bins, Fit, bin_samples, local_fit, select_bandwidths
 
 __all__ = ["Course", "Rules", "fit_course"]
@@ -57,6 +57,7 @@ def fit_course(
     sigma: float,
     rules: Rules,
     last: Bandwidths | None = None,
+    weight: Floats | None = None,
 ) -> Course:
     """Regress samples on their stations, free of the bias that curvature gives.
 
@@ -75,12 +76,16 @@ def fit_course(
     rules : Rules
     last : Bandwidths, optional
         Of the pass before, to search about.
+    weight : (N,) array, optional
+        Shares of the samples that are this curve's.
     """
-    bins = bin_samples(points, station, span, _bin_count(span, sigma, len(points)), closed)
-    h = select_bandwidths(bins, _candidates(bins, sigma, last), float(np.mean(distance**2)))
+    count = _bin_count(span, sigma, mass(len(points), weight))
+    bins = bin_samples(points, station, span, count, closed, weight)
+    variance = mean_square(distance, weight)
+    h = select_bandwidths(bins, _candidates(bins, sigma, last), variance)
     fitted = local_fit(bins, bins.station, h)
     spent = float(np.sum(bins.count * fitted.leverage))
-    noise = noise_of(distance, spent, sigma, rules.cut, rules.normals)
+    noise = noise_of(distance, spent, sigma, rules.cut, rules.normals, weight)
     count = _vertex_count(bins, fitted, noise, h.inside, rules.spacing)
     at = np.linspace(0.0, span, count + (1 if closed else 0))[:count]
     fit = local_fit(bins, at, h)
@@ -88,7 +93,7 @@ def fit_course(
     return Course(vertices, noise * np.sqrt(np.maximum(fit.leverage, 0.0)), noise, h)
 
 
-def _bin_count(span: float, sigma: float, samples: int) -> int:
+def _bin_count(span: float, sigma: float, samples: float) -> int:
     """Bins a twelfth of the least bandwidth wide, at least 100, never many more than samples."""
     wished = 12.0 * span / max(LEAST_BANDWIDTH * sigma, 1e-6 * span)
     count = min(max(wished, 100.0), 4000.0, max(samples / 2.0, 8.0))
@@ -115,4 +120,5 @@ def _vertex_count(bins: Bins, fit: Fit, noise: float, h: float, spacing: float |
     curvature = float(np.quantile(np.linalg.norm(fit.second, axis=1), 0.95))
     error = noise * np.sqrt(max(float(np.median(fit.leverage)), 0.0))
     chord = np.sqrt(8.0 * 0.2 * max(error, 1e-9 * bins.length) / max(curvature, 1e-9 / bins.length))
-    return int(min(max(bins.length / min(chord, 0.25 * h), 64.0), 4000.0))
+    chord = max(min(chord, 0.25 * h), 1e-9 * bins.length, 1e-300)
+    return int(min(max(bins.length / chord, 64.0), 4000.0))

@@ -35,7 +35,9 @@ def prolonged(line: Polyline, by: float) -> Polyline:
     return Polyline(np.concatenate([first[None], x, last[None]]), False)
 
 
-def ends_of(station: Floats, length: float, sigma: float) -> tuple[float, float]:
+def ends_of(
+    station: Floats, length: float, sigma: float, weight: Floats | None = None
+) -> tuple[float, float]:
     """Estimate the stations of both ends: the mass beyond an end is 0.4 rho sigma.
 
     Parameters
@@ -46,17 +48,26 @@ def ends_of(station: Floats, length: float, sigma: float) -> tuple[float, float]
         Of the prolonged curve.
     sigma : float
         Noise standard deviation.
+    weight : (N,) array, optional
+        Shares of the samples that are this curve's.
     """
     near = max(0.2 * length, 20.0 * sigma)
     if len(station) < 200 or near > 0.5 * length:
         near = length
+    weight = np.ones(len(station)) if weight is None else weight
+    low, high = station <= near, station >= length - near
     return (
-        _end(np.sort(station[station <= near]), sigma),
-        length - _end(np.sort(length - station[station >= length - near]), sigma),
+        _end(*_in_order(station[low], weight[low]), sigma),
+        length - _end(*_in_order(length - station[high], weight[high]), sigma),
     )
 
 
-def _end(ordered: Floats, sigma: float) -> float:
+def _in_order(station: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    order = np.argsort(station, kind="stable")
+    return station[order], weight[order]
+
+
+def _end(ordered: Floats, weight: Floats, sigma: float) -> float:
     """Find the station that leaves 0.4 rho sigma samples before it.
 
     Noise blurs an end symmetrically: half the density marks it roughly, and samples far
@@ -65,18 +76,28 @@ def _end(ordered: Floats, sigma: float) -> float:
     n = len(ordered)
     if n < 8:
         return float(ordered[0]) if n else 0.0
+    before = np.concatenate([[0.0], np.cumsum(weight)])
+    total = before[-1]
     # The density beside the end, but clear of its blur.
-    first, last = n // 4, max(n // 2, min(n - 1, 10))
+    first = _rank(before, total // 4)
+    last = max(_rank(before, total // 2), min(n - 1, 10))
     between = ordered[last] - ordered[first]
-    density = (last - first) / between if between > 0.0 else n / max(ordered[-1] - ordered[0], 1e-300)
+    held = before[last] - before[first]
+    density = held / between if between > 0.0 else total / max(ordered[-1] - ordered[0], 1e-300)
     window = max(2.0 * sigma, 6.0 / density)
     some = np.arange(0, last + 1, max(1, last // 2000))
-    inside = np.searchsorted(ordered, ordered[some] + window) - some
+    inside = before[np.searchsorted(ordered, ordered[some] + window)] - before[some]
     # Where the window is six spacings the threshold is three samples: rounding must not decide.
     dense = some[inside > 0.5 * density * window - 0.5]
     mark = ordered[dense[0]] if len(dense) else ordered[0]
-    ordered = ordered[np.searchsorted(ordered, mark - REACH * sigma) :]
-    beyond = min(END_MASS * density * sigma, 0.25 * len(ordered))
-    k = int(beyond)
+    start = np.searchsorted(ordered, mark - REACH * sigma)
+    ordered, before = ordered[start:], before[start:] - before[start]
+    beyond = min(END_MASS * density * sigma, 0.25 * before[-1])
+    k = _rank(before, beyond)
     previous = ordered[0] - 1.0 / density if k == 0 else ordered[k - 1]
-    return float(previous + (beyond - k) * (ordered[k] - previous))
+    return float(previous + (beyond - before[k]) / (before[k + 1] - before[k]) * (ordered[k] - previous))
+
+
+def _rank(before: Floats, amount: float) -> int:
+    """Which sample an amount of weight falls to."""
+    return int(np.clip(np.searchsorted(before, amount, "right") - 1, 0, len(before) - 2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -10,28 +11,60 @@ from numpy.typing import NDArray
 from core.refine.corners import Corner, sharpened
 from core.refine.course import Rules, fit_course
 from core.refine.polyline import Polyline
-from core.refine.project import project
+from core.refine.shares import Share
 
-__all__ = ["fit_pieces"]
+__all__ = ["Cornered", "cornered", "fit_pieces"]
 
 Floats = NDArray[np.float64]
 
 LEAST_SAMPLES = 12
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Cornered:
+    """A curve with its corners; a closed one begins at a corner.
+
+    Attributes
+    ----------
+    line : Polyline
+    marks : (P + 1,) array of int
+        Its P pieces lie between these vertices of the ring.
+    """
+
+    line: Polyline
+    marks: NDArray[np.int64]
+
+
+def cornered(line: Polyline, corners: list[Corner]) -> Cornered:
+    """Put corners into a smooth curve.
+
+    Parameters
+    ----------
+    line : Polyline
+        Open or closed.
+    corners : list of Corner
+        At least one, in order of station.
+    """
+    sharp = sharpened(line, corners)
+    marks = np.array([int(np.argmin(np.linalg.norm(sharp.vertices - c.place, axis=1))) for c in corners])
+    if not sharp.closed:
+        return Cornered(sharp, np.concatenate([[0], marks, [len(sharp.vertices) - 1]]))
+    # Begin at a corner, and come back to it.
+    sharp = Polyline(np.roll(sharp.vertices, -marks[0], axis=0), True)
+    return Cornered(sharp, np.append(np.sort((marks - marks[0]) % len(sharp.vertices)), len(sharp.vertices)))
+
+
 def fit_pieces(
-    points: Floats, line: Polyline, corners: list[Corner], sigma: float, rules: Rules
+    samples: Floats, share: Share, curve: Cornered, sigma: float, rules: Rules
 ) -> tuple[Polyline, Floats]:
     """Refit a curve between its corners.
 
     Parameters
     ----------
-    points : (N, 3) array
-        Samples of this curve.
-    line : Polyline
-        The smooth curve, open or closed.
-    corners : list of Corner
-        At least one, in order of station.
+    samples : (N, 3) array
+    share : Share
+        Which of them are this curve's, with their feet on it.
+    curve : Cornered
     sigma : float
         Noise estimate.
     rules : Rules
@@ -43,26 +76,20 @@ def fit_pieces(
     error : (M,) array
         Standard error at the vertices.
     """
-    sharp = sharpened(line, corners)
-    marks = np.array([int(np.argmin(np.linalg.norm(sharp.vertices - c.place, axis=1))) for c in corners])
-    if sharp.closed:  # begin at a corner, and come back to it
-        sharp = Polyline(np.roll(sharp.vertices, -marks[0], axis=0), True)
-        marks = np.append(np.sort((marks - marks[0]) % len(sharp.vertices)), len(sharp.vertices))
-    else:
-        marks = np.concatenate([[0], marks, [len(sharp.vertices) - 1]])
-    feet = project(points, [sharp], rules.cut * sigma)
+    sharp = curve.line
     ring, stations = sharp.ring, sharp.stations
     vertices, errors = [], []
-    for first, last in pairwise(marks.tolist()):
+    for first, last in pairwise(curve.marks.tolist()):
         low, high = stations[first], stations[last]
         # Samples whose foot is the corner itself belong to no side.
-        mine = (feet.curve == 0) & (feet.station > low) & (feet.station < high)
+        mine = share.only((share.station > low) & (share.station < high))
         piece = ring[first : last + 1].copy()
         error = np.zeros(len(piece))
-        if np.count_nonzero(mine) >= LEAST_SAMPLES and high > low:
+        if mine.mass >= LEAST_SAMPLES and high > low:
             course = fit_course(
-                points[mine], feet.station[mine] - low, feet.distance[mine], high - low, False, sigma, rules
-            )
+                samples[mine.index], mine.station - low, mine.distance, high - low, False, sigma, rules,
+                weight=mine.weight,
+            )  # fmt: skip
             piece, error = course.vertices, course.error
             piece[0] = ring[first] if first > 0 or sharp.closed else piece[0]
             piece[-1] = ring[last] if last < len(ring) - 1 or sharp.closed else piece[-1]

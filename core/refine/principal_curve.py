@@ -14,13 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.cloud.sampling import Sample
+from core.refine.branches import Branches, near_branches
 from core.refine.corners import find_corners
 from core.refine.course import Rules, fit_course
 from core.refine.ends import ends_of, prolonged
-from core.refine.pieces import fit_pieces
+from core.refine.junctions import meeting
+from core.refine.noise import mean_square
+from core.refine.pieces import Cornered, cornered, fit_pieces
 from core.refine.polyline import Polyline
 from core.refine.project import Feet, project
 from core.refine.regression import Bandwidths
+from core.refine.shares import Share, groups_of, shares_of
 
 __all__ = ["CUT", "Refined", "as_they_are", "refine_curves"]
 
@@ -119,12 +123,31 @@ def _one_pass(samples: Floats, states: list[_State], rules: Rules) -> list[_Stat
     sigmas = np.array([state.sigma for state in states])
     lines = [prolonged(state.line, PROLONGED * state.sigma) for state in states]
     feet = project(samples, lines, _reach(sigmas, rules.cut))
-    near = feet.distance < rules.cut * np.append(np.maximum(sigmas, 1e-12), 0.0)[feet.curve]
-    groups = _groups(feet.curve, near, len(lines))
-    return [
-        _refit(samples[mine], feet.station[mine], feet.distance[mine], replace(state, line=line), rules)
-        for mine, state, line in zip(groups, states, lines, strict=True)
-    ]
+    branches = near_branches(lines, sigmas, rules.cut)
+    ends = np.array([_ends(state.line, PROLONGED * state.sigma) for state in states])
+    shares = shares_of(samples, feet, sigmas, rules.cut, branches, ends, rules.normals)
+    out = []
+    for k, (share, state, line) in enumerate(zip(shares, states, lines, strict=True)):
+        span = 0.0, line.length
+        if not line.closed and len(share.index):
+            span = ends_of(share.station, line.length, state.sigma, share.weight)
+            if branches is not None:
+                span = _held(line, k, span, branches, ends)
+        out.append(_refit(samples, share, span, replace(state, line=line), rules))
+    return out
+
+
+def _held(
+    line: Polyline, k: int, span: tuple[float, float], branches: Branches, ends: Floats
+) -> tuple[float, float]:
+    """Ends of a curve, those that stop on another branch being there."""
+    low, high = (meeting(line, k, station, branches, ends) for station in span)
+    return span[0] if low is None else low, span[1] if high is None else high
+
+
+def _ends(line: Polyline, by: float) -> tuple[float, float]:
+    """Stations of a curve's ends once it is prolonged."""
+    return (-np.inf, np.inf) if line.closed else (by, by + line.length)
 
 
 def _with_corners(sample: Sample, states: list[_State], rules: Rules) -> list[_State]:
@@ -135,12 +158,42 @@ def _with_corners(sample: Sample, states: list[_State], rules: Rules) -> list[_S
     ]
     if not any(found):
         return states
+    sharp = [
+        cornered(state.line, corners) if corners else None
+        for state, corners in zip(states, found, strict=True)
+    ]
+    shares = _shares_of_pieces(sample.points, states, sharp, rules)
     out = list(states)
-    for k, (mine, _) in enumerate(_own_samples(sample.points, states, rules)):
-        if found[k]:
-            line, error = fit_pieces(sample.points[mine], states[k].line, found[k], states[k].sigma, rules)
-            out[k] = replace(states[k], line=line, error=error)
+    for k, (state, curve, share) in enumerate(zip(states, sharp, shares, strict=True)):
+        if curve is not None:
+            line, error = fit_pieces(sample.points, share, curve, state.sigma, rules)
+            out[k] = replace(state, line=line, error=error)
     return out
+
+
+def _shares_of_pieces(
+    samples: Floats, states: list[_State], sharp: list[Cornered | None], rules: Rules
+) -> list[Share]:
+    """Each curve's samples with their feet on it once its corners are sharp."""
+    sigmas = np.array([state.sigma for state in states])
+    lines = [state.line if curve is None else curve.line for state, curve in zip(states, sharp, strict=True)]
+    branches = near_branches(lines, sigmas, rules.cut)
+    if branches is None:
+        own = _own_samples(samples, states, rules)
+        return [
+            _on_one(samples, mine, line, float(sigma), rules)
+            for (mine, _), line, sigma in zip(own, lines, sigmas, strict=True)
+        ]
+    feet = project(samples, lines, _reach(sigmas, rules.cut))
+    ends = np.array([_ends(line, 0.0) for line in lines])
+    return shares_of(samples, feet, sigmas, rules.cut, branches, ends, rules.normals)
+
+
+def _on_one(samples: Floats, mine: NDArray[np.int64], line: Polyline, sigma: float, rules: Rules) -> Share:
+    """A curve's samples with their feet on it, whatever else is near."""
+    feet = project(samples[mine], [line], rules.cut * sigma)
+    near = feet.curve == 0
+    return Share(mine[near], feet.station[near], feet.distance[near], None)
 
 
 def _own_samples(
@@ -149,36 +202,26 @@ def _own_samples(
     """Indices of each curve's samples and the stations of their feet."""
     sigmas = np.array([state.sigma for state in states])
     feet = project(samples, [state.line for state in states], _reach(sigmas, rules.cut))
-    groups = _groups(feet.curve, feet.curve >= 0, len(states))
-    return [(mine, feet.station[mine]) for mine in groups]
+    return [(mine, feet.station[mine]) for mine in groups_of(feet.curve, feet.curve >= 0, len(states))]
 
 
-def _groups(curve: NDArray[np.int64], near: NDArray[np.bool_], count: int) -> list[NDArray[np.int64]]:
-    """Indices of the near samples of each curve."""
-    if count == 1:
-        return [np.flatnonzero(near)]
-    order = np.argsort(curve, kind="stable")
-    order = order[near[order]]
-    bounds = np.searchsorted(curve[order], np.arange(count + 1))
-    return [order[bounds[k] : bounds[k + 1]] for k in range(count)]
-
-
-def _refit(points: Floats, station: Floats, distance: Floats, state: _State, rules: Rules) -> _State:
-    """Regress one curve on the arc length of its samples' feet."""
+def _refit(samples: Floats, share: Share, span: tuple[float, float], state: _State, rules: Rules) -> _State:
+    """Regress one curve, between two stations, on the arc length of its samples' feet."""
     line, sigma = state.line, state.sigma
     stay = replace(state, error=np.zeros(len(line.vertices)))
-    if len(points) < LEAST_SAMPLES:
+    low, high = span
+    if share.mass < LEAST_SAMPLES:
         return stay
-    low, high = (0.0, line.length) if line.closed else ends_of(station, line.length, sigma)
-    span = high - low
-    keep = np.ones(len(points), np.bool_) if line.closed else (station >= low) & (station <= high)
-    if span <= 0.0 or np.count_nonzero(keep) < LEAST_SAMPLES:
+    if not line.closed:
+        share = share.only((share.station >= low) & (share.station <= high))
+    if high <= low or share.mass < LEAST_SAMPLES:
         return stay
     course = fit_course(
-        points[keep], station[keep] - low, distance[keep], span, line.closed, sigma, rules, state.bandwidths
-    )
+        samples[share.index], share.station - low, share.distance, high - low, line.closed, sigma, rules,
+        state.bandwidths, share.weight,
+    )  # fmt: skip
     fitted = Polyline(course.vertices, line.closed)
-    if _has_run_away(fitted, line, max(rules.cut * sigma, 0.05 * span)):
+    if _has_run_away(fitted, line, max(rules.cut * sigma, 0.05 * (high - low))):
         return stay
     return _State(fitted, course.noise, course.error, course.bandwidths)
 
@@ -207,12 +250,19 @@ def as_they_are(
     """Keep curves where they are, with the arguments and the answer of :func:`refine_curves`."""
     lines = [line if spacing is None else line.resampled(spacing, 3) for line in curves]
     feet = project(sample.points, lines, max(sigma * cut, 1e-9))
-    sigmas = np.array([_spread(feet, k, sigma, flat) for k in range(len(lines))])
+    normals = 1 if flat else 2
+    given = np.full(len(lines), sigma)
+    branches = near_branches(lines, given, cut)
+    groups = groups_of(feet.curve, feet.curve >= 0, len(lines))
+    shares = [Share(mine, feet.station[mine], feet.distance[mine], None) for mine in groups]
+    if branches is not None:
+        ends = np.array([_ends(line, 0.0) for line in lines])
+        shares = shares_of(sample.points, feet, given, cut, branches, ends, normals)
+    sigmas = np.array([_spread(share, sigma, normals) for share in shares])
     errors = tuple(np.zeros(len(line.vertices)) for line in lines)
     return Refined(tuple(lines), feet, _noise(feet, sigmas), sigmas, errors)
 
 
-def _spread(feet: Feet, k: int, sigma: float, flat: bool) -> float:
+def _spread(share: Share, sigma: float, normals: int) -> float:
     """Noise about one curve from its samples' distances."""
-    distance = feet.distance[feet.curve == k]
-    return float(np.sqrt(np.mean(distance**2) / (1 if flat else 2))) if len(distance) else sigma
+    return float(np.sqrt(mean_square(share.distance, share.weight) / normals)) if share.mass else sigma

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from core.refine.polyline import Polyline
 
-__all__ = ["Feet", "project"]
+__all__ = ["Feet", "distance_to_segment", "project"]
 
 _MOST_CELLS = 2_000_000
 CELL = 0.25  # edge of a cell, in reaches: smaller cells leave fewer segments to a point,
@@ -94,7 +94,7 @@ def _cell_of(x, low, extent, cell, size):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _distance_to_segment(px, py, pz, a, b, s):  # type: ignore[no-untyped-def]
+def distance_to_segment(px, py, pz, a, b, s):  # type: ignore[no-untyped-def]
     """Squared distance of a point to segment ``s``, and the foot's fraction along it."""
     ux, uy, uz = b[s, 0] - a[s, 0], b[s, 1] - a[s, 1], b[s, 2] - a[s, 2]
     dx, dy, dz = px - a[s, 0], py - a[s, 1], pz - a[s, 2]
@@ -129,7 +129,7 @@ def _cover(a, b, low, extent, cell, shape, reach, rivals):  # type: ignore[no-un
         z = low[2] + (iz + 0.5) * (cell if shape[2] > 1 else extent[2])
         least = np.inf
         for j in range(first, last):
-            square, _ = _distance_to_segment(x, y, z, a, b, members[j])
+            square, _ = distance_to_segment(x, y, z, a, b, members[j])
             distance[j - first] = np.sqrt(square)
             least = min(least, distance[j - first])
         for j in range(first, last):
@@ -192,7 +192,7 @@ def _nearest(points, a, b, lengths, curves, stations, low, extent, cell, shape, 
         best, second = reach * reach, reach * reach
         for j in range(starts[c], starts[c + 1]):
             s = members[j]
-            d2, t = _distance_to_segment(px, py, pz, a, b, s)
+            d2, t = distance_to_segment(px, py, pz, a, b, s)
             if d2 < best:
                 if curve[i] >= 0 and curves[s] != curve[i]:
                     second = best

@@ -64,7 +64,12 @@ class Fit:
 
 
 def bin_samples(
-    points: NDArray[np.float64], station: NDArray[np.float64], length: float, count: int, closed: bool
+    points: NDArray[np.float64],
+    station: NDArray[np.float64],
+    length: float,
+    count: int,
+    closed: bool,
+    weight: NDArray[np.float64] | None = None,
 ) -> Bins:
     """Share samples among ``count`` equal bins of arc length.
 
@@ -76,23 +81,29 @@ def bin_samples(
     points : (N, 3) array
     station : (N,) array
         Arc length of each sample's foot, in [0, length].
+    weight : (N,) array, optional
+        How much each sample counts; one by default.
     """
-    n, place, mean = _share_out(points, station, length, count, closed)
+    n, place, mean = _share_out(
+        points, station, np.empty(0) if weight is None else weight, length, count, closed
+    )
     middle = (np.arange(count) + 0.5) * (length / count)
     full = np.where(n > 0, n, 1.0)
     return Bins(np.where(n > 0, middle + place / full, middle), n, mean / full[:, None], length, closed)
 
 
 @njit(cache=True)
-def _share_out(points, station, length, count, closed):  # type: ignore[no-untyped-def]
+def _share_out(points, station, weight, length, count, closed):  # type: ignore[no-untyped-def]
     """Weights, first moments about the bins' middles, and weighted sums of positions."""
     n, place, total = np.zeros(count), np.zeros(count), np.zeros((count, 3))
     width = length / count
+    weighted = weight.shape[0] > 0
     for i in range(station.shape[0]):
         u = station[i] / width - 0.5
         b = int(np.floor(u))
         for side in range(2):
             share = u - b if side == 1 else 1.0 - (u - b)
+            share *= weight[i] if weighted else 1.0
             c = b + side
             c = c % count if closed else min(max(c, 0), count - 1)
             offset = (u - b - side) * width if closed else (u - c) * width

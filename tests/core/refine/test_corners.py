@@ -2,12 +2,13 @@ import numpy as np
 import pytest
 
 from core.cloud.sampling import Sample
-from core.refine.corners import find_corners, sharpened
+from core.refine.corners import Corner, find_corners, sharpened
 from core.refine.course import Rules
-from core.refine.pieces import fit_pieces
+from core.refine.pieces import cornered, fit_pieces
 from core.refine.polyline import Polyline
 from core.refine.principal_curve import refine_curves
 from core.refine.project import project
+from core.refine.shares import Share
 from core.truth import point_set
 from tests.core.shapes import arc, distances, in_space, rotation
 
@@ -105,12 +106,28 @@ def test_pieces_meet_in_the_corner_and_follow_the_strokes():
     points, line = bent(np.pi / 2, n=10_000)
     curve, near, station = smoothed(points, line)
     found = find_corners(near, station, curve, SIGMA)
-    fitted, error = fit_pieces(near, curve, found, SIGMA, Rules(1, 4.0, None))
+    sharp = cornered(curve, found)
+    assert sharp.marks.tolist() == [0, sharp.marks[1], len(sharp.line.vertices) - 1]
+    feet = project(near, [sharp.line], 1.0)
+    share = Share(np.arange(len(near)), feet.station, feet.distance, None)
+    fitted, error = fit_pieces(near, share, sharp, SIGMA, Rules(1, 4.0, None))
     assert len(error) == len(fitted.vertices)
     assert not fitted.closed
     assert np.linalg.norm(fitted.vertices - found[0].place, axis=1).min() < 1e-12
     off = distances(fitted.vertices, line.vertices, False)
     assert np.sqrt(np.mean(off**2)) < SIGMA / 2
+
+
+def test_a_closed_curve_is_turned_to_begin_at_a_corner():
+    angle = 2 * np.pi * (np.arange(200) + 0.5) / 200
+    ring = Polyline(in_space(np.column_stack((np.cos(angle), np.sin(angle)))), True)
+    at = np.array([1.0, 4.0])
+    corners = [Corner(s, 1.1 * place, s - 0.1, s + 0.1) for s, place in zip(at, ring.at(at), strict=True)]
+    sharp = cornered(ring, corners)
+    assert sharp.line.closed
+    np.testing.assert_allclose(sharp.line.vertices[sharp.marks[:-1]], [c.place for c in corners])
+    assert sharp.marks[0] == 0
+    assert sharp.marks[-1] == len(sharp.line.vertices)
 
 
 def test_a_closed_curve_with_one_corner_stays_closed():

@@ -73,3 +73,27 @@ def test_few_samples_have_a_finite_course(n):
     assert np.isfinite(course.vertices).all()
     assert np.isfinite(course.error).all()
     assert np.isfinite(course.noise)
+
+
+def test_half_of_each_of_twice_the_samples_gives_the_same_course():
+    points, station, distance = bow(2000, 0.02)
+    once = fit_course(points, station, distance, 3.0, False, 0.02, FLAT)
+    halves = fit_course(
+        np.tile(points, (2, 1)), np.tile(station, 2), np.tile(distance, 2), 3.0, False, 0.02, FLAT,
+        weight=np.full(4000, 0.5),
+    )  # fmt: skip
+    assert halves.noise == pytest.approx(once.noise, rel=1e-9)
+    np.testing.assert_allclose(halves.vertices, once.vertices, atol=1e-9)
+    np.testing.assert_allclose(halves.error, once.error, rtol=1e-6)
+
+
+def test_samples_that_are_mostly_another_curves_hardly_count():
+    points, station, distance = bow(3000, 0.01)
+    once = fit_course(points, station, distance, 3.0, False, 0.01, FLAT)
+    shifted = points * 1.03  # as samples of a neighbour would be
+    course = fit_course(
+        np.concatenate((points, shifted)), np.tile(station, 2), np.append(distance, distance + 0.03), 3.0,
+        False, 0.01, FLAT, weight=np.append(np.ones(3000), np.full(3000, 0.005)),
+    )  # fmt: skip
+    radius = np.linalg.norm(course.vertices, axis=1).mean() - np.linalg.norm(once.vertices, axis=1).mean()
+    assert radius == pytest.approx(0.03 * 0.005, abs=5e-5)

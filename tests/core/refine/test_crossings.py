@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from core.refine.crossings import crossings
@@ -129,3 +129,48 @@ def test_the_direction_of_a_curve_does_not_matter(seed, closed):
 
 def test_no_curves_no_crossings():
     assert crossings([]) == []
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_the_stations_lead_to_the_place_on_both_curves(seed, closed):
+    rng = np.random.default_rng(seed)
+    lines = [flat(np.cumsum(rng.normal(size=(9, 2)), axis=0), closed) for _ in range(2)]
+    for meeting in crossings(lines):
+        for k, station in zip(meeting.curves, meeting.stations, strict=True):
+            np.testing.assert_allclose(lines[k].at(np.array([station]))[0], meeting.place, atol=1e-9)
+
+
+def test_a_curve_that_touches_another_in_a_vertex_does_not_cross_it():
+    line, wedge = flat([(-2, 0), (0, 0), (2, 0)]), [(-1, 1), (0, 0), (1, 1)]
+    assert crossings([line, flat(wedge)]) == []
+    assert crossings([flat([(-2, 0), (2, 0)]), flat(wedge)]) == []
+    assert len(crossings([line, flat([(-1, 1), (0, 0), (1, -1)])])) == 1
+
+
+def test_a_curve_that_ends_on_another_does_not_cross_it():
+    line = flat([(-2, 0), (0, 0), (2, 0)])
+    for end in [(0, 0), (1, 0)]:
+        for stick in ([end, (0, 5)], [(0, 5), end]):
+            assert crossings([line, flat(stick)]) == []
+            assert crossings([flat(stick), line]) == []
+
+
+def test_a_crossing_in_the_seam_of_a_closed_curve_counts_once():
+    ways = np.array([(0, 0), (1, 1), (1, -1), (0, 0), (-1, 1), (-1, -1)], float)
+    for shift in range(len(ways)):
+        (meeting,) = crossings([flat(np.roll(ways, shift, axis=0), True)])
+        np.testing.assert_allclose(meeting.place, 0.0, atol=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_closed_curves_on_a_lattice_cross_each_other_an_even_number_of_times(seed):
+    # Vertices on edges and common vertices abound; where edges coincide there is no even or odd.
+    rng = np.random.default_rng(seed)
+    one, two = (
+        shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(points)))[:-1]
+        for points in rng.integers(0, 6, (2, 9, 2))
+    )
+    assume(shapely.intersection(shapely.LinearRing(one), shapely.LinearRing(two)).length == 0.0)
+    assert len(crossings([flat(one, True), flat(two, True)])) % 2 == 0

@@ -45,6 +45,26 @@ def test_a_stray_sample_far_out_moves_no_end():
     assert high == pytest.approx(HIGH, abs=0.05)
 
 
+@pytest.mark.parametrize("n", [100, 3000])
+def test_weights_count_samples(n):
+    station = blurred(n, 0.05)
+    once = ends_of(station, 10.0, 0.05)
+    assert ends_of(station, 10.0, 0.05, np.ones(n)) == once
+    # A thin haze of shares before the curve begins and behind its end is no part of it.
+    haze = np.linspace(0.0, 10.0, n)
+    both, weight = np.concatenate((station, haze)), np.concatenate((np.ones(n), np.full(n, 0.01)))
+    np.testing.assert_allclose(ends_of(both, 10.0, 0.05, weight), once, atol=0.05 + 2.0 / n)
+
+
+def test_a_tail_of_small_shares_prolongs_no_curve():
+    # Behind the end lie as many samples as before it, of which nearly all of each is another curve's.
+    station = np.random.default_rng(4).uniform(0.0, 10.0, 20_000)
+    weight = np.where((station > LOW) & (station < 9.2), 1.0, 0.05)
+    low, high = ends_of(station, 10.0, 0.05, weight)
+    assert low == pytest.approx(LOW, abs=0.05)
+    assert high == pytest.approx(9.2, abs=0.05)
+
+
 @settings(max_examples=60, deadline=None)
 @given(SEEDS, st.integers(8, 400), st.floats(0.0, 0.3))
 def test_the_direction_of_the_curve_does_not_matter(seed, n, sigma):

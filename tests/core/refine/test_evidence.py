@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from core.march.evidence import description_length
+from core.refine.evidence import description_length
 from core.refine.polyline import Polyline
 from tests.core.shapes import arc, in_space, line
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.refine.noise import noise_of, truncated_deviation
+from core.refine.noise import mass, mean_square, noise_of, truncated_deviation
 
 
 def away(n, sigma, normals, seed=0):
@@ -79,3 +79,28 @@ def test_noise_scales(factor):
     distance = distance[distance < 4.0]
     one = noise_of(distance, 5.0, 1.0, 4.0, 1)
     assert noise_of(factor * distance, 5.0, factor, 4.0, 1) == pytest.approx(factor * one)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1])
+@pytest.mark.parametrize("cut", [3.0, 4.0])
+def test_weights_count_samples(cut, share):
+    rng = np.random.default_rng(2)
+    clean = away(3000, 1.0, 1)
+    seen = np.concatenate((clean[clean < cut], cut * rng.uniform(size=int(3000 * share))))
+    once = noise_of(seen, 7.0, 1.0, cut, 1)
+    assert noise_of(seen, 7.0, 1.0, cut, 1, np.ones(len(seen))) == pytest.approx(once, rel=1e-12)
+    # Each sample in three parts is one sample.
+    parts = np.repeat([0.5, 0.3, 0.2], len(seen))
+    assert noise_of(np.tile(seen, 3), 7.0, 1.0, cut, 1, parts) == pytest.approx(once, rel=1e-12)
+    # A sample without weight is none.
+    far = np.concatenate((seen, np.full(500, 0.99 * cut)))
+    weight = np.concatenate((np.ones(len(seen)), np.zeros(500)))
+    assert noise_of(far, 7.0, 1.0, cut, 1, weight) == pytest.approx(once, rel=1e-12)
+
+
+def test_a_mass_that_is_a_whole_number_is_free_of_rounding():
+    weight = np.random.default_rng(3).uniform(size=1000)
+    both = np.concatenate((weight, 1.0 - weight))
+    assert mass(2000, both) == 1000.0
+    assert mass(2000, None) == 2000.0
+    assert mean_square(np.full(2000, 3.0), both) == pytest.approx(9.0)

@@ -189,3 +189,111 @@ def test_refinement_scales(factor):
     two = refined(factor * points, Polyline(factor * first.vertices, True), factor * 0.02)
     assert two.sigma == pytest.approx(factor * one.sigma, rel=1e-6)
     np.testing.assert_allclose(two.curves[0].vertices, factor * one.curves[0].vertices, atol=1e-7 * factor)
+
+
+def stroke(angle, n, sigma, seed, dimension=2):
+    """Samples of a unit segment through the origin, and a wavy first approximation of it."""
+    rng = np.random.default_rng(seed)
+    way, side = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
+    noise = sigma * rng.normal(size=(n, 3))
+    noise[:, dimension:] = 0.0
+    x = np.linspace(-0.5, 0.5, 150)[:, None]
+    wave = 0.3 * sigma * np.sin(x / (3.0 * sigma))
+    return rng.uniform(-0.5, 0.5, n)[:, None] * way + noise, Polyline(x * way + wave * side, False), side
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("degrees", [20, 45, 90])
+def test_lines_that_cross_come_out_straight_with_their_whole_noise(degrees, dimension):
+    sigma, n, far, noise = 0.01, 5000, [], []
+    for seed in range(3):
+        parts = [
+            stroke(np.radians(turn), n, sigma, 2 * seed + k, dimension) for k, turn in enumerate((0, degrees))
+        ]
+        sample = Sample.of(np.concatenate([points for points, _, _ in parts]))
+        answer = refine_curves(sample, [line for _, line, _ in parts], 1.1 * sigma, dimension == 2)
+        noise += (answer.sigmas / sigma).tolist()
+        for curve, error, (_, _, side) in zip(answer.curves, answer.errors, parts, strict=True):
+            about = np.linalg.norm(curve.vertices, axis=1) < 4.0 * sigma / np.sin(np.radians(degrees))
+            off = curve.vertices[about] @ side
+            far.append(np.mean(off**2) / np.mean(error[about] ** 2))
+    assert np.mean(far) < 2.0
+    # Three standard errors of the mean of six estimates.
+    assert np.mean(noise) == pytest.approx(1.0, abs=3.0 / np.sqrt(6 * 2 * n * (dimension - 1)))
+
+
+@pytest.mark.parametrize("gap", [3.5, 4.5, 6.0])
+def test_parallel_lines_do_not_push_each_other_away(gap):
+    sigma, n = 0.01, 8000
+    below, first, _ = stroke(0.0, n, sigma, 1)
+    above, _, _ = stroke(0.0, 3 * n, sigma, 2)
+    up = np.array([0.0, gap * sigma, 0.0])
+    answer = refine_curves(
+        Sample.of(np.concatenate((below, above + up))),
+        [first, Polyline(first.vertices + up, False)], 1.1 * sigma, True,
+    )  # fmt: skip
+    for curve, height in zip(answer.curves, (0.0, gap * sigma), strict=True):
+        off = curve.vertices[np.abs(curve.vertices[:, 0]) < 0.4, 1].mean() - height
+        assert abs(off) < 3.5 * sigma / np.sqrt(n)
+    np.testing.assert_allclose(answer.sigmas, sigma, rtol=0.025)
+    assert answer.sigma == pytest.approx(sigma, rel=0.02)
+
+
+@pytest.mark.parametrize("short", [-1.5, 0.0, 1.5])
+@pytest.mark.parametrize("degrees", [60, 90])
+def test_a_curve_that_ends_on_another_stops_there_and_leaves_it_straight(degrees, short):
+    sigma, n = 0.01, 6000
+    bar, first, _ = stroke(0.0, 2 * n, sigma, 1)
+    way = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0])
+    rng = np.random.default_rng(2)
+    stem = rng.uniform(0.0, 0.5, n)[:, None] * way + sigma * in_space(rng.normal(size=(n, 2)))
+    begun = Polyline(np.linspace(short * sigma, 0.5, 60)[:, None] * way, False)
+    answer = refine_curves(Sample.of(np.concatenate((bar, stem))), [first, begun], 1.1 * sigma, True)
+    middle = np.abs(answer.curves[0].vertices[:, 0]) < 0.3
+    assert np.abs(answer.curves[0].vertices[middle, 1]).max() < 0.15 * sigma
+    end, other = answer.curves[1].vertices[[0, -1]]
+    assert np.linalg.norm(end) < 0.3 * sigma
+    assert other @ way == pytest.approx(0.5, abs=1.5 * sigma)
+    np.testing.assert_allclose(answer.sigmas, sigma, rtol=0.03)
+
+
+@pytest.mark.parametrize("name", ["figure_8", "two_circles", "lissajous"])
+def test_with_crossings_too_refinement_comes_near_the_oracle(name):
+    sample = point_set(name, n=4000, sigma=0.01, seed=1)
+    first = [Polyline(in_space(one.exact.polyline(200)), one.closed) for one in sample.curves]
+    answer = refine_curves(Sample.of(in_space(sample.points)), first, 1.1 * sample.sigma, True)
+    curves = [(curve.vertices[:, :2], curve.closed) for curve in answer.curves]
+    error = rms(nearest(true_points(sample.curves), curves))
+    assert error < 1.3 * oracle_rms(sample)
+    assert answer.sigma == pytest.approx(sample.sigma, rel=0.04)
+
+
+def test_curves_kept_as_they_are_see_their_whole_noise_too():
+    points = [stroke(angle, 8000, 0.01, seed) for seed, angle in enumerate((0.0, 0.3))]
+    straight = [Polyline(line.vertices[[0, -1]], False) for _, line, _ in points]
+    answer = as_they_are(Sample.of(np.concatenate([part for part, _, _ in points])), straight, 0.01, True)
+    np.testing.assert_allclose(answer.sigmas, 0.01, rtol=0.02)
+
+
+def test_a_curve_far_away_changes_nothing():
+    points, away = arc(3000, 0.02), arc(3000, 0.02, 0.5, seed=1)
+    alone = refined(points, ring(), 0.02)
+    both = refine_curves(Sample.of(in_space(np.concatenate((points, away)))), [ring(), ring(0.5)], 0.02, True)
+    np.testing.assert_allclose(both.curves[0].vertices, alone.curves[0].vertices, atol=1e-9)
+    assert both.sigmas[0] == pytest.approx(alone.sigmas[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_where_curves_cross_frame_and_order_do_not_matter(seed):
+    rng = np.random.default_rng(seed)
+    parts = [stroke(angle, 1500, 0.02, k) for k, angle in enumerate((0.0, 0.6))]
+    points = np.concatenate([part for part, _, _ in parts])
+    lines = [line for _, line, _ in parts]
+    once = refine_curves(Sample.of(points), lines, 0.02, True)
+    turn = np.eye(3)
+    turn[:2, :2] = rotation(rng, 2)
+    moved = [Polyline(1000.0 * line.vertices @ turn.T, False) for line in lines]
+    again = refine_curves(Sample.of(1000.0 * rng.permutation(points) @ turn.T), moved, 20.0, True)
+    assert again.sigma == pytest.approx(1000.0 * once.sigma, rel=1e-6)
+    for a, b in zip(once.curves, again.curves, strict=True):
+        np.testing.assert_allclose(b.vertices, 1000.0 * a.vertices @ turn.T, atol=20.0 * 1e-4)

@@ -243,3 +243,21 @@ def test_a_bandwidth_far_beyond_the_curve_costs_no_more(ratio):
     curve, _ = polynomial(1, 2)
     fit = local_fit(bins_of(curve, 60), np.array([2.0, 5.0]), Bandwidths(ratio * LENGTH, ratio * LENGTH))
     assert np.isfinite(fit.value).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_weights_count_samples(seed, closed):
+    rng = np.random.default_rng(seed)
+    n = rng.integers(1, 300)
+    points, station = rng.normal(size=(n, 3)), rng.uniform(0.0, LENGTH, n)
+    often = rng.integers(1, 4, n)
+    many = bin_samples(np.repeat(points, often, axis=0), np.repeat(station, often), LENGTH, 40, closed)
+    weighed = bin_samples(points, station, LENGTH, 40, closed, often.astype(float))
+    np.testing.assert_allclose(weighed.count, many.count, atol=1e-9)
+    np.testing.assert_allclose(weighed.mean, many.mean, atol=1e-9)
+    np.testing.assert_allclose(weighed.station, many.station, atol=1e-9)
+    plain = bin_samples(points, station, LENGTH, 40, closed)
+    np.testing.assert_array_equal(
+        bin_samples(points, station, LENGTH, 40, closed, np.ones(n)).mean, plain.mean
+    )

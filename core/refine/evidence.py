@@ -1,0 +1,114 @@
+"""How well curves explain a point set: a description length, to choose between hypotheses.
+
+Each sample comes from some place on a curve, displaced by Gaussian noise, or from a
+uniform background. Where branches cross their densities add up. A stretch of curve without
+samples lowers the density of all others and so costs as many nats as samples were due
+there; every end and every curve costs what its parameters do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from core.refine.polyline import Polyline
+
+__all__ = ["bending", "description_length"]
+
+BACKGROUND = 0.02  # prior share of outliers
+COST_OF_CURVE = 1.0  # in units of ln N
+COST_OF_END = 2.5
+MOST_CHORDS = 5000  # a curve
+LEAST_SIGMA = 2e-4  # of the extent: finer differences do not tell hypotheses apart
+REACH = 5.5  # in sigma: what lies farther adds nothing
+CHORD = 3.0  # in sigma: what a turn is measured over
+NODES = 24  # a sigma apart, the nearest to each sample: both branches of a crossing
+
+
+def description_length(
+    points: NDArray[np.float64],
+    curves: Sequence[Polyline],
+    sigma: float,
+    extent: float,
+    flat: bool,
+    whole: bool = False,
+) -> float:
+    """Nats needed to describe the samples by the curves; less is better.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+    curves : sequence of Polyline
+    sigma : float
+        Noise standard deviation per direction; the same for all hypotheses that are compared.
+    extent : float
+        Radius of the region in which outliers would lie.
+    flat : bool
+        Whether there is one normal direction or two.
+    whole : bool
+        Whether the number of curves and ends is given, and costs nothing.
+    """
+    if not curves:
+        return float("inf")
+    axes = 2 if flat else 3
+    sigma = max(sigma, LEAST_SIGMA * extent)
+    nodes, weight = _nodes(curves, sigma)
+    distance, near = cKDTree(nodes).query(points, NODES, distance_upper_bound=REACH * sigma)
+    seen = np.isfinite(distance)
+    blurred = np.where(seen, np.exp(-0.5 * (np.where(seen, distance, 0.0) / sigma) ** 2), 0.0)
+    blurred *= np.append(weight, 0.0)[near]
+    on_curves = (
+        (1.0 - BACKGROUND)
+        / max(float(weight.sum()), LEAST_SIGMA * extent)
+        * blurred.sum(axis=1)
+        / (sigma * np.sqrt(2.0 * np.pi)) ** axes
+    )
+    likelihood = np.log(on_curves + BACKGROUND / (2.0 * extent) ** axes).sum()
+    if whole:
+        return float(-likelihood)
+    ends = sum(2 for line in curves if not line.closed)
+    parameters = (COST_OF_CURVE * len(curves) + COST_OF_END * ends) * np.log(len(points) + 1.0)
+    return float(parameters - likelihood)
+
+
+def bending(curves: Sequence[Polyline], sigma: float, curvature: float) -> float:
+    """Nats of the curves' own course: sharp turns are unlikely where the rest bends gently.
+
+    Half the bending energy, the integral of squared curvature over arc length, in units of the
+    typical curvature: a circle of typical curvature costs pi. Where samples hardly tell whether
+    two branches cross or turn back, this does.
+
+    Parameters
+    ----------
+    curves : sequence of Polyline
+    sigma : float
+        Noise standard deviation; turns are measured over a few of them.
+    curvature : float
+        Typical of the point set.
+    """
+    return sum(_energy(line, CHORD * sigma) for line in curves) / (2.0 * max(curvature, 1e-300))
+
+
+def _energy(line: Polyline, chord: float) -> float:
+    """Sum of squared turns over the chord's length."""
+    length = line.length
+    count = max(int(length / max(chord, length / MOST_CHORDS, 1e-300)), 4)
+    x = line.at(np.linspace(0.0, length, count + 1)[: count + (0 if line.closed else 1)])
+    step = np.diff(np.concatenate([x, x[:2]]) if line.closed else x, axis=0)
+    step /= np.maximum(np.linalg.norm(step, axis=1), 1e-300)[:, None]
+    turn = np.arccos(np.clip(np.einsum("ij,ij->i", step[1:], step[:-1]), -1.0, 1.0))
+    return float(np.sum(turn**2)) * count / max(length, 1e-300)
+
+
+def _nodes(curves: Sequence[Polyline], step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Places about a sigma apart along the curves, and the length that each stands for."""
+    places, weights = [], []
+    for line in curves:
+        length = line.length
+        count = max(int(np.ceil(length / step)), 3)
+        places.append(line.at((np.arange(count) + 0.5) * (length / count)))
+        weights.append(np.full(count, length / count))
+    return np.concatenate(places), np.concatenate(weights)
