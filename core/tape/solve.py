@@ -1,0 +1,159 @@
+"""The skeleton method on one component in working coordinates: tape, axis, graph, curves (§4.4, 4.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.cloud.sampling import CANDIDATES, Sample, Scale, spread_subsample
+from core.refine.evidence import bending, description_length
+from core.refine.polyline import Polyline
+from core.refine.principal_curve import refine_curves
+from core.refine.project import project
+from core.tape.graph import Graph
+from core.tape.junction import merged
+from core.tape.loose_ends import joined
+from core.tape.reconnection import reconnected
+from core.tape.skeleton import Skeleton, skeleton_of
+from core.tape.small_triangles import Smallness
+from core.tape.tape import Tape, approximate_tape
+from core.tape.trace import straight_through
+
+__all__ = ["Choices", "Taped", "solve_tape"]
+
+Floats = NDArray[np.float64]
+
+JUDGED = 5000  # samples for first refinements and for comparing hypotheses
+PRUNE = 2.0  # reach of a true leaf beyond its fork's disc, in its radii
+LEVELS = (1.0, 0.6, 0.3)  # factors on the tape's scale: a wide tape may hide branches; narrower ones in doubt
+SURE = 0.6  # share of balls that met curvature
+DOUBT = 0.03  # share of samples left over
+CLEARLY = 10.0  # nats by which a later tape must be better
+NEAR = 3.0  # in sigma: samples of an edge
+LEAST_LENGTH = 3.0  # in sigma: shorter curves are specks
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """What an expert has fixed, lengths in working units; None follows from the data."""
+
+    smallness: Smallness = field(default_factory=Smallness)
+    resample: float | None = None
+    prune: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Taped:
+    """A tape, its skeleton, and the curves read from it.
+
+    Attributes
+    ----------
+    tape : Tape
+    skeleton : Skeleton
+    graph : Graph
+        The skeleton's, with one node for each crossing.
+    curves : list of Polyline
+        Straight through crossings, before refinement.
+    sigma : float
+        Noise about them.
+    nats : float
+        Their description length.
+    explained : float
+        Share of the samples near them.
+    doubts : (K, 3) array
+        Places where the samples do not tell whether branches cross or touch.
+    """
+
+    tape: Tape
+    skeleton: Skeleton
+    graph: Graph
+    curves: list[Polyline]
+    sigma: float
+    nats: float
+    explained: float
+    doubts: Floats
+
+
+def solve_tape(sample: Sample, scale: Scale, extent: float, choices: Choices) -> Taped | None:
+    """Build tapes at several scales and keep the one whose curves explain the samples best.
+
+    Parameters
+    ----------
+    sample : Sample
+        In the plane z = 0.
+    scale : Scale
+    extent : float
+        Radius of the samples.
+    choices : Choices
+
+    Returns
+    -------
+    Taped or None
+        None when the points are collinear, or when no tape has a skeleton.
+    """
+    best: Taped | None = None
+    judged = Sample.of(sample.few[spread_subsample(sample.few, JUDGED)])
+    # Most optimal balls meet curvature; where they do not they may span several branches.
+    sure = bool(np.mean(scale.balls.interior[scale.balls.found]) > SURE) or choices.smallness.f_l is not None
+    for level in LEVELS:
+        scaled = replace(choices, smallness=replace(choices.smallness, level=level))
+        one = _once(sample, judged, scale, extent, scaled)
+        if one is not None and (best is None or one.nats < best.nats - CLEARLY):
+            best = one
+        if sure and one is not None and one.explained > 1.0 - DOUBT:
+            break
+    return best
+
+
+def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: Choices) -> Taped | None:
+    sigma = scale.sigma * choices.smallness.level
+    points = np.ascontiguousarray(sample.many[:, :2])
+    thinning = min(CANDIDATES / len(points), 1.0)
+    tape = approximate_tape(points, scale.balls, thinning, scale.sigma, extent, choices.smallness)
+    if tape is None or tape.polygon.is_empty:
+        return None
+    prune = PRUNE if choices.prune is None else choices.prune
+    skeleton = skeleton_of(tape.polygon, prune, choices.resample)
+    samples = _samples_along(sample, skeleton.graph, NEAR * sigma)
+    curves = straight_through(skeleton.graph, samples)
+    curves = [line for line in curves if line.length > LEAST_LENGTH * sigma]
+    if not curves:
+        return None
+    radius = scale.radius * float(np.sqrt(choices.smallness.level))
+    curves = _rejoined(sample, judged, curves, sigma, radius)
+    curves, doubts = reconnected(sample, curves, sigma, scale, extent)
+    if any(not line.closed for line in curves):  # crossings that come right may bring ends together
+        curves = _rejoined(sample, judged, curves, sigma, radius)
+    smooth = refine_curves(judged, curves, sigma, True, passes=2, corners=False)
+    nats = description_length(judged.points, smooth.curves, smooth.sigma, extent, flat=True)
+    return Taped(
+        tape=tape,
+        skeleton=skeleton,
+        graph=merged(skeleton.graph, samples),
+        curves=curves,
+        sigma=smooth.sigma,
+        nats=nats + bending(smooth.curves, smooth.sigma, scale.curvature),
+        explained=float(np.mean(smooth.feet.curve >= 0)),
+        doubts=doubts,
+    )
+
+
+def _rejoined(
+    sample: Sample, judged: Sample, curves: Sequence[Polyline], sigma: float, radius: float
+) -> list[Polyline]:
+    """Join loose ends, after a short refinement."""
+    smooth = refine_curves(judged, curves, sigma, True, passes=2, corners=False)
+    share = len(judged.points) / len(sample.many)
+    return joined(sample, smooth.curves, smooth.feet, share, smooth.sigma, radius)
+
+
+def _samples_along(sample: Sample, graph: Graph, reach: float) -> Floats:
+    """How many samples each edge of the graph has."""
+    lines = [Polyline(np.column_stack([e.places, np.zeros(len(e.places))]), False) for e in graph.edges]
+    if not lines:
+        return np.zeros(0)
+    feet = project(sample.few, lines, reach)
+    return np.bincount(feet.curve[feet.curve >= 0], minlength=len(lines)) / sample.thinning
