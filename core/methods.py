@@ -1,10 +1,14 @@
 """The methods, each reading like the paper's own summary of it.
 
 ``partition`` (§3.3); ``pca`` (§4.1, 4.2): partition, scale and project on the best plane,
-march, join, refine, and back into the user's frame.
+march, join, refine, and back into the user's frame; ``skeleton`` (§4.1, 4.3 - 4.5): the
+same, with the tape polygon and its skeleton in place of the march.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,25 +16,32 @@ from numpy.typing import ArrayLike, NDArray
 from core.cloud.frame import is_quasi_planar
 from core.cloud.partition import partition as _partition
 from core.cloud.points import as_points, distinct
-from core.cloud.sampling import Sample, estimate_scale
+from core.cloud.sampling import Sample, Scale, estimate_scale
 from core.cloud.working_frame import WorkingFrame, working_frame
 from core.errors import DegenerateInput, InvalidParameter
 from core.march.chain import chain_neighbours
-from core.march.fragments import Fragment, Pace
+from core.march.fragments import Pace
 from core.march.solve import Marched, solve_march
-from core.parameters import CommonParameters, PartitionParameters, PcaParameters
+from core.parameters import CommonParameters, PartitionParameters, PcaParameters, SkeletonParameters
+from core.refine.polyline import Polyline
 from core.refine.principal_curve import CUT, Refined, as_they_are, refine_curves
-from core.report import Solved, report
+from core.report import report
 from core.results import Component, Partition, Reconstruction
+from core.solved import Solved
+from core.tape.readings import read_crossings
+from core.tape.small_triangles import Smallness
+from core.tape.solve import Choices, Taped, solve_tape
 
-__all__ = ["partition", "pca"]
+__all__ = ["partition", "pca", "skeleton"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 LEAST_POINTS = 6
-LEAST_EXPLAINED = 0.9  # share of samples on the marched curves, below which neighbours are linked instead
+LEAST_EXPLAINED = 0.9  # share of samples on the found curves, below which neighbours are linked instead
 MOST_VERTICES = 1_000_000  # along the diagonal of a component's box
 CUTS = {"auto": CUT, "keep": 5.0, "reject": 3.0}  # in sigma
+TOUCHING = 4.0  # in sigma: a curve that ends this near another ends on it
 
 
 def partition(points: ArrayLike, parameters: PartitionParameters | None = None) -> Partition:
@@ -67,17 +78,75 @@ def pca(
     ------
     InvalidPoints
         When the shape, the type or a value is wrong.
+    InvalidParameter
+        When a length is out of all proportion to the points.
     DegenerateInput
         When the points determine no curve.
     """
-    points = as_points(points)
-    parameters = parameters or PcaParameters()
+    points, parameters = as_points(points), parameters or PcaParameters()
+    parts, solved = _solve(points, parameters, lambda one: _march(one, parameters))
+    return report("pca", "the PCA march was asked for", points, parts, solved, stages)
+
+
+def skeleton(
+    points: ArrayLike, parameters: SkeletonParameters | None = None, *, stages: bool = False
+) -> Reconstruction:
+    """Reconstruct curves by the tape polygon and its skeleton (§4.3 - 4.5).
+
+    Parameters
+    ----------
+    points : array_like, (N, 2) or (N, 3)
+        Noisy, unorganised samples of one or several curves, which may cross.
+    parameters : SkeletonParameters, optional
+        By default everything follows from the data.
+    stages : bool
+        Whether to return triangles, border and raw skeleton as well (Figs. 5 and 10).
+
+    Raises
+    ------
+    InvalidPoints
+        When the shape, the type or a value is wrong.
+    InvalidParameter
+        When a length is out of all proportion to the points.
+    DegenerateInput
+        When the points determine no curve.
+    """
+    points, parameters = as_points(points), parameters or SkeletonParameters()
+    parts, solved = _solve(points, parameters, lambda one: _tape(one, parameters))
+    return report("skeleton", "the skeleton was asked for", points, parts, solved, stages)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Prepared:
+    """A component in working coordinates (§4.1), and what its samples say of themselves."""
+
+    component: Component
+    members: Ints
+    frame: WorkingFrame
+    sample: Sample
+    once: Sample
+    scale: Scale | None
+    extent: float
+    quasi_planar: bool
+    parameters: CommonParameters
+
+    @property
+    def spacing(self) -> float | None:
+        """The wished spacing of vertices in working units."""
+        wished = self.parameters.vertex_spacing
+        return None if wished is None else wished / self.frame.scale
+
+
+def _solve(
+    points: Floats, parameters: CommonParameters, method: Callable[[_Prepared], Solved | None]
+) -> tuple[Partition, list[Solved]]:
+    """Partition the points, and solve each component."""
     _require_enough(points)
     parts = _partition(points, parameters)
     solved = []
     for component in parts.components:
         members = np.flatnonzero(parts.labels == component.label)
-        one = _march_component(points[members], members, component, parameters)
+        one = method(_prepared(points[members], members, component, parameters))
         if one is not None:
             solved.append(one)
     if not solved:
@@ -86,7 +155,7 @@ def pca(
             "Give more points, or a larger epsilon.",
             ("points",),
         )
-    return report("pca", "the PCA march was asked for", points, parts, solved, stages)
+    return parts, solved
 
 
 def _require_enough(points: Floats) -> None:
@@ -99,48 +168,112 @@ def _require_enough(points: Floats) -> None:
         )
 
 
-def _march_component(
-    points: Floats, members: NDArray[np.int64], component: Component, parameters: PcaParameters
-) -> Solved | None:
-    """One component from the input frame to refined curves; None where nothing lines up."""
-    in_plane = points.shape[1] == 2 or parameters.planar is False or is_quasi_planar(points)
-    flat = in_plane if parameters.planar is None else parameters.planar
-    marched_in_space = None if in_plane else not flat
-    work, frame = working_frame(points, component.frame.axes, flat)
+def _prepared(points: Floats, members: Ints, component: Component, parameters: CommonParameters) -> _Prepared:
+    planar = parameters.planar if isinstance(parameters, PcaParameters) else True
+    in_plane = points.shape[1] == 2 or planar is False or is_quasi_planar(points)
+    work, frame = working_frame(points, component.frame.axes, in_plane if planar is None else planar)
+    _require_room(parameters, work, frame)
     sample = Sample.of(work)
-    cut = CUTS[parameters.outliers]
-    spacing = _spacing(parameters, work, frame)
-    found = _march(sample, frame, parameters)
-    fragments: list[Fragment] = []
-    refined: Refined | None = None
-    if found is not None:
-        marched, sigma = found
-        settle = refine_curves if parameters.refine else as_they_are
-        refined = settle(sample, marched.curves, sigma, frame.flat, cut, spacing)
-        fragments = marched.fragments
-        if _strays(refined, work):  # a blob without a course: no fit holds
-            refined = as_they_are(sample, marched.curves, sigma, frame.flat, cut, spacing)
-            refined = None if _strays(refined, work) else refined
-    if refined is None or np.mean(refined.feet.curve >= 0) < LEAST_EXPLAINED:
-        chain = chain_neighbours(work)
-        if chain is not None:
-            refined, fragments = as_they_are(sample, chain, 0.0, frame.flat, cut, spacing), []
-    if refined is None:
-        return None
-    return Solved(component, members, frame, refined, fragments, parameters.outliers, marched_in_space)
+    extent = float(np.sqrt(np.einsum("ij,ij->i", work, work).max()))
+    once = distinct(work)  # a ball of repetitions would be a perfect line
+    once_sample = sample if once is work else Sample.of(once)
+    scale = estimate_scale(once_sample, extent, frame.flat) if extent > 0 else None
+    return _Prepared(component, members, frame, sample, once_sample, scale, extent, in_plane, parameters)
 
 
-def _spacing(parameters: CommonParameters, work: Floats, frame: WorkingFrame) -> float | None:
-    """The wished spacing of vertices in working units."""
-    if parameters.vertex_spacing is None:
-        return None
+def _require_room(parameters: CommonParameters, work: Floats, frame: WorkingFrame) -> None:
+    """Refuse a spacing of vertices that no memory could hold."""
     diagonal = float(np.linalg.norm(np.ptp(work, axis=0)))
-    if parameters.vertex_spacing * MOST_VERTICES < diagonal * frame.scale:
+    wished = parameters.vertex_spacing
+    if wished is not None and wished * MOST_VERTICES < diagonal * frame.scale:
         raise InvalidParameter(
             f"vertex_spacing would make more than {MOST_VERTICES} vertices; give a larger one.",
             ("parameters", "vertex_spacing"),
         )
-    return parameters.vertex_spacing / frame.scale
+
+
+def _march(one: _Prepared, parameters: PcaParameters) -> Solved | None:
+    """One component by the PCA march (§4.2); None where nothing lines up."""
+    marched = None
+    if one.scale is not None:
+        pace = Pace(
+            one.scale,
+            one.extent,
+            one.frame.flat,
+            radius=(parameters.radius or 0.0) / one.frame.scale,
+            step=(parameters.step or 0.0) / one.frame.scale,
+            max_uses=parameters.max_uses or 0,
+            estimator=parameters.estimator,
+            seed=parameters.seed,
+        )
+        marched = solve_march(one.once, pace)
+    refined = _refined(one, marched.curves, one.scale.sigma) if marched and one.scale else None
+    if refined is None or _leaves_too_many(refined):
+        chain = chain_neighbours(one.sample.points)
+        if chain is not None:
+            refined, marched = _as_they_are(one, chain, 0.0), None
+    return None if refined is None else _solved(one, refined, march=marched)
+
+
+def _tape(one: _Prepared, parameters: SkeletonParameters) -> Solved | None:
+    """One component by the tape polygon and its skeleton (§4.3 - 4.5); None where nothing lines up."""
+    taped = None
+    if one.scale is not None:
+        choices = Choices(
+            Smallness(parameters.f_d, parameters.f_a, parameters.f_l),
+            parameters.resample / one.frame.scale if parameters.resample else None,
+            parameters.prune,
+        )
+        taped = solve_tape(one.once, one.scale, one.extent, choices)
+    refined = _refined(one, taped.curves, taped.sigma) if taped else None
+    if refined is None or _leaves_too_many(refined):
+        chain = chain_neighbours(one.sample.points)
+        if chain is not None:
+            refined = _as_they_are(one, chain, 0.0)
+    if refined is None:
+        return None
+    if parameters.crossings != "through":
+        read = read_crossings(refined.curves, parameters.crossings, refined.sigma, TOUCHING * refined.sigma)
+        refined = replace(_as_they_are(one, read, refined.sigma), sigma=refined.sigma)
+    return _solved(one, refined, tape=taped)
+
+
+def _solved(
+    one: _Prepared, refined: Refined, march: Marched | None = None, tape: Taped | None = None
+) -> Solved:
+    return Solved(
+        component=one.component,
+        members=one.members,
+        points=one.sample.points,
+        frame=one.frame,
+        refined=refined,
+        outliers=one.parameters.outliers,
+        bent=None if one.quasi_planar else "projected" if one.frame.flat else "marched in 3D",
+        scale=one.scale,
+        march=march,
+        tape=tape,
+    )
+
+
+def _refined(one: _Prepared, curves: Sequence[Polyline], sigma: float) -> Refined | None:
+    """The common refinement; None where the curves stray from their samples."""
+    if not curves:
+        return None
+    cut = CUTS[one.parameters.outliers]
+    settle = refine_curves if one.parameters.refine else as_they_are
+    refined = settle(one.sample, curves, sigma, one.frame.flat, cut, one.spacing)
+    if _strays(refined, one.sample.points):  # a blob without a course: no fit holds
+        refined = _as_they_are(one, curves, sigma)
+    return None if _strays(refined, one.sample.points) else refined
+
+
+def _as_they_are(one: _Prepared, curves: Sequence[Polyline], sigma: float) -> Refined:
+    cut = CUTS[one.parameters.outliers]
+    return as_they_are(one.sample, curves, sigma, one.frame.flat, cut, one.spacing)
+
+
+def _leaves_too_many(refined: Refined) -> bool:
+    return bool(np.mean(refined.feet.curve >= 0) < LEAST_EXPLAINED)
 
 
 def _strays(refined: Refined, points: Floats) -> bool:
@@ -148,25 +281,3 @@ def _strays(refined: Refined, points: Floats) -> bool:
     low, high = points.min(axis=0), points.max(axis=0)
     room = 0.25 * float(np.max(high - low))
     return any(np.any((c.vertices < low - room) | (c.vertices > high + room)) for c in refined.curves)
-
-
-def _march(sample: Sample, frame: WorkingFrame, parameters: PcaParameters) -> tuple[Marched, float] | None:
-    """March, and say how much noise was seen; None where no ball or no march is to be had."""
-    extent = float(np.sqrt(np.einsum("ij,ij->i", sample.points, sample.points).max()))
-    once = distinct(sample.points)  # a ball of repetitions would be a perfect line
-    sample = sample if once is sample.points else Sample.of(once)
-    scale = estimate_scale(sample, extent, frame.flat) if extent > 0 else None
-    if scale is None:
-        return None
-    pace = Pace(
-        scale,
-        extent,
-        frame.flat,
-        radius=(parameters.radius or 0.0) / frame.scale,
-        step=(parameters.step or 0.0) / frame.scale,
-        max_uses=parameters.max_uses or 0,
-        estimator=parameters.estimator,
-        seed=parameters.seed,
-    )
-    marched = solve_march(sample, pace)
-    return (marched, scale.sigma) if marched.curves else None

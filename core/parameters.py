@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = ["CommonParameters", "PartitionParameters", "PcaParameters"]
+__all__ = ["CommonParameters", "PartitionParameters", "PcaParameters", "SkeletonParameters"]
 
 Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -85,4 +85,48 @@ class PcaParameters(CommonParameters):
         None,
         description="True: project each component on its best plane (§4.1); false: march in 3D. "
         "Null: project the components that are quasi-planar.",
+    )
+
+
+class SkeletonParameters(CommonParameters):
+    """Parameters of the tape polygon and its skeleton (§4.3 - 4.5)."""
+
+    crossings: Literal["through", "split", "waist", "graph"] = Field(
+        "through",
+        description="How curves are read at a self-intersection (§5.2). 'through': straight on; 'split': "
+        "tangent closed curves, of which no two cross; 'waist': one closed curve with wasp waists, which "
+        "does not cross itself; 'graph': one curve for each stretch between crossings.",
+    )
+    f_d: float = Field(
+        1.3,
+        gt=0,
+        le=100,
+        description="Typical triangles are those inside f_d times a local ball B(p, r) (§4.4).",
+    )
+    f_a: float | None = Field(
+        None,
+        gt=0,
+        allow_inf_nan=False,
+        description="A triangle is small when its area is at most f_a times the typical one (§4.4). "
+        "Null: what the core of the tape has, from noise and density per place.",
+    )
+    f_l: float | None = Field(
+        None,
+        gt=0,
+        allow_inf_nan=False,
+        description="A triangle is small when its longest edge is at most f_l times the typical one (§4.4). "
+        "Null: what the core of the tape has, from noise and density per place; longer edges bridge the "
+        "gaps that independent samples leave, along the local balls only.",
+    )
+    resample: Length | None = Field(
+        None,
+        description="Distance between the samples of the tape's border, in input units (§4.5). Null: a share "
+        "of the tape's mean width. It is halved while the skeleton leaves the tape.",
+    )
+    prune: float | None = Field(
+        None,
+        ge=0,
+        le=100,
+        description="Leaves of the skeleton that reach beyond the disc at their fork by less than this "
+        "many of its radii are hair (§7). Null: 2.",
     )

@@ -3,69 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from core.cloud.working_frame import WorkingFrame
-from core.march.fragments import Fragment
 from core.march.strip import N_ALL
 from core.march.walk import RADIUS
 from core.nyquist import LEAST_GAP, branch_gaps
-from core.refine.crossings import crossings
-from core.refine.principal_curve import Refined
+from core.refine.crossings import Meeting, crossings
 from core.results import (
     Ball,
-    Component,
     Crossing,
     Curve,
     Nyquist,
     Partition,
     Reconstruction,
     Sampling,
+    SkeletonStages,
     Stages,
     Violation,
     Warn,
 )
+from core.skeleton_report import containment_of, graph_of, skeleton_stages, skeleton_warnings, tape_of
+from core.solved import Solved
 
-__all__ = ["Solved", "report"]
+__all__ = ["report"]
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 STRICT = 3.0  # in sigma: what "reject" leaves out
+BLUR = 3.0  # in sigma: how far beyond a junction an end may go
 LARGEST = float(np.finfo(np.float64).max)  # lengths beyond it cannot be said
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Solved:
-    """A component with its curves in working coordinates.
-
-    Attributes
-    ----------
-    component : Component
-    members : (n,) array
-        Indices of its samples in the input.
-    frame : WorkingFrame
-    refined : Refined
-    fragments : list of Fragment
-        The march before joining.
-    outliers : {"auto", "keep", "reject"}
-    marched_in_space : bool or None
-        For a component that is not quasi-planar: whether it was marched in 3D. None for one that is,
-        and when 3D was asked for.
-    """
-
-    component: Component
-    members: Ints
-    frame: WorkingFrame
-    refined: Refined
-    fragments: list[Fragment]
-    outliers: Literal["auto", "keep", "reject"]
-    marched_in_space: bool | None
 
 
 def report(
@@ -80,7 +50,7 @@ def report(
     parts : Partition
     solved : sequence of Solved
     stages : bool
-        Whether to add the balls and the raw march.
+        Whether to add the intermediate results.
     """
     curves: list[Curve] = []
     meetings: list[Crossing] = []
@@ -101,8 +71,11 @@ def report(
         outliers=np.flatnonzero(outside),
         sampling=_sampling(curves, solved, parts),
         frames=tuple(one.component.frame for one in solved),
-        warnings=(*parts.warnings, *_warnings(solved)),
-        stages=_stages(solved) if stages else None,
+        warnings=(*parts.warnings, *_warnings(solved), *skeleton_warnings(solved)),
+        tape=tape_of(solved) if method == "skeleton" else None,
+        containment=containment_of(solved) if method == "skeleton" else None,
+        graph=graph_of(solved) if method == "skeleton" else None,
+        stages=_stages(method, solved) if stages else None,
         labels=labels,
     )
 
@@ -143,7 +116,17 @@ def _crossings(one: Solved, first: int) -> list[Crossing]:
     return [
         Crossing(one.frame.restore(m.place[None])[0], (m.curves[0] + first, m.curves[1] + first), m.angle)
         for m in crossings(one.refined.curves)
+        if not _ends_there(one, m)
     ]
+
+
+def _ends_there(one: Solved, meeting: Meeting) -> bool:
+    """Whether a curve ends on another rather than crosses it: the noise blurs how far it goes."""
+    for k, station in zip(meeting.curves, meeting.stations, strict=True):
+        line = one.refined.curves[k]
+        if not line.closed and min(station, line.length - station) < BLUR * one.refined.sigma:
+            return True
+    return False
 
 
 def _sampling(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partition) -> Sampling:
@@ -182,18 +165,19 @@ def _nyquist(solved: Sequence[Solved]) -> Nyquist:
 def _warnings(solved: Sequence[Solved]) -> list[Warn]:
     out = []
     for one in solved:
-        if one.marched_in_space is not None:
-            done = "it was marched in 3D" if one.marched_in_space else "it was projected as asked"
-            message = f"Component {one.component.label} does not lie in a plane; {done}."
+        if one.bent is not None:
+            message = f"Component {one.component.label} does not lie in a plane; it was {one.bent}."
             origin = one.component.frame.origin
             out.append(Warn("not-quasi-planar", message, tuple(float(x) for x in origin)))
     return out
 
 
-def _stages(solved: Sequence[Solved]) -> Stages:
+def _stages(method: str, solved: Sequence[Solved]) -> Stages | SkeletonStages:
+    if method == "skeleton":
+        return skeleton_stages(solved)
     balls, courses = [], []
     for one in solved:
-        for fragment in one.fragments:
+        for fragment in one.march.fragments if one.march else ():
             places = one.frame.restore(fragment.centres)
             courses.append(places)
             tips = one.frame.restore(fragment.centres + fragment.nodes[:, 3:6])

@@ -14,14 +14,21 @@ from numpy.typing import NDArray
 __all__ = [
     "Ball",
     "Component",
+    "Containment",
     "Crossing",
     "Curve",
+    "Delaunay",
     "Frame",
+    "Graph",
+    "GraphEdge",
+    "GraphNode",
     "Nyquist",
     "Partition",
     "Reconstruction",
     "Sampling",
+    "SkeletonStages",
     "Stages",
+    "TapePolygon",
     "Violation",
     "Warn",
 ]
@@ -175,8 +182,127 @@ class Stages:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class TapePolygon:
+    """A connected part of the tape polygon (§4.4.1): loops L_0 and L_1 ... L_m.
+
+    Attributes
+    ----------
+    outer : (M, d) array
+        The outer loop, counter-clockwise in the component's plane; the first vertex is not repeated.
+    holes : tuple of (M, d) arrays
+        Clockwise.
+    component : int
+    """
+
+    outer: Floats
+    holes: tuple[Floats, ...]
+    component: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Containment:
+    """Whether the skeleton lies in the tape, SK(T) in T (§4.5), and the samples too.
+
+    Attributes
+    ----------
+    covered : bool
+    passes : int
+        How often the border was resampled; of several components the most.
+    samples_inside : float
+        Share of the samples that lie in the tape, 0 to 1. Its border is a level of density, which
+        Gaussian noise exceeds a little everywhere.
+    """
+
+    covered: bool
+    passes: int
+    samples_inside: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GraphNode:
+    """A fork or an end of the skeleton; ``radius`` is the tape's half-width there."""
+
+    location: Floats
+    radius: float
+    degree: int
+    component: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GraphEdge:
+    """A stretch of the skeleton between two nodes (one twice for a loop).
+
+    Attributes
+    ----------
+    nodes : (int, int)
+        Indices of the nodes at its first and last vertex.
+    vertices : (M, d) array
+    widths : (M,) array
+        Width of the tape at the vertices.
+    length : float
+    """
+
+    nodes: tuple[int, int]
+    vertices: Floats
+    widths: Floats
+    length: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Graph:
+    """The skeleton without hair, as a graph."""
+
+    nodes: tuple[GraphNode, ...]
+    edges: tuple[GraphEdge, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Delaunay:
+    """The Delaunay triangles of the samples and why some were kept (§4.4).
+
+    Attributes
+    ----------
+    triangles : (T, 3) array of int
+        Indices of points in the input.
+    enclosed, small_area, short_edges, accepted : (T,) arrays of bool
+        Kept for lying in a local ball, for their area, for their edges; and all that make the tape,
+        false holes filled.
+    bridges : (B, 2) array of int
+        Edges kept without a triangle.
+    """
+
+    triangles: Ints
+    enclosed: NDArray[np.bool_]
+    small_area: NDArray[np.bool_]
+    short_edges: NDArray[np.bool_]
+    accepted: NDArray[np.bool_]
+    bridges: Ints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkeletonStages:
+    """Intermediate results of the skeleton method (Figs. 5 and 10).
+
+    Attributes
+    ----------
+    balls : tuple of Ball
+        Local balls that gave the typical triangles.
+    delaunay : Delaunay
+    border : tuple of (M, d) arrays
+        The resampled loops of the tape's border.
+    voronoi : (E, 2, d) array
+        Ends of all Voronoi edges in the tape, hair included.
+    """
+
+    balls: tuple[Ball, ...]
+    delaunay: Delaunay
+    border: tuple[Floats, ...]
+    voronoi: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Reconstruction:
-    """Curves, and all that is known of how good they are."""
+    """Curves, and all that is known of how good they are; tape, containment and graph of a skeleton only."""
 
     method: str
     reason: str
@@ -186,5 +312,8 @@ class Reconstruction:
     sampling: Sampling
     frames: tuple[Frame, ...]
     warnings: tuple[Warn, ...] = ()
-    stages: Stages | None = None
+    tape: tuple[TapePolygon, ...] | None = None
+    containment: Containment | None = None
+    graph: Graph | None = None
+    stages: Stages | SkeletonStages | None = None
     labels: Ints = field(default_factory=lambda: np.zeros(0, np.int64), repr=False)

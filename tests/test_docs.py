@@ -48,10 +48,16 @@ def test_a_decision_says_what_and_why(path: Path) -> None:
 
 
 def test_every_module_of_the_method_is_described() -> None:
-    steps = [ROOT / "core" / f"{step}.py" for step in ("methods", "nyquist", "report")]
+    steps = [
+        ROOT / "core" / f"{step}.py" for step in ("methods", "nyquist", "report", "skeleton_report", "solved")
+    ]
     files = [
         *steps,
-        *(path for part in ("cloud", "march", "refine") for path in (ROOT / "core" / part).glob("*.py")),
+        *(
+            path
+            for part in ("cloud", "march", "refine", "tape")
+            for path in (ROOT / "core" / part).glob("*.py")
+        ),
     ]
     modules = {name(path).removesuffix(".py").replace("/", ".") for path in files if path.stem != "__init__"}
     named = set(re.findall(r"`(core\.[a-z_.]+)`", ALGORITHM))

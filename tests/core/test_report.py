@@ -8,7 +8,8 @@ from core.parameters import PartitionParameters, PcaParameters
 from core.refine.polyline import Polyline
 from core.refine.principal_curve import Refined
 from core.refine.project import project
-from core.report import Solved, report
+from core.report import report
+from core.solved import Solved
 from core.truth import point_set
 from tests.core.shapes import arc, diagonal, distances, in_space, rotation
 
@@ -135,7 +136,7 @@ def solved(points, vertices, sigma, outliers="auto"):
     refined = Refined(
         tuple(lines), project(work, lines, 10 * noise), noise, np.full(len(lines), noise), errors
     )
-    return Solved(component, np.arange(len(points)), frame, refined, [], outliers, None)
+    return Solved(component, np.arange(len(points)), work, frame, refined, outliers, None)
 
 
 def bars(gap, sigma):
