@@ -23,14 +23,15 @@ from core.march.chain import chain_neighbours
 from core.march.fragments import Pace
 from core.march.solve import Marched, solve_march
 from core.parameters import CommonParameters, PartitionParameters, PcaParameters, SkeletonParameters
+from core.refine.evidence import description_length
 from core.refine.polyline import Polyline
 from core.refine.principal_curve import CUT, Refined, as_they_are, refine_curves
 from core.report import report
 from core.results import Component, Partition, Reconstruction
 from core.solved import Solved
 from core.tape.readings import read_crossings
-from core.tape.small_triangles import Smallness
-from core.tape.solve import Choices, Taped, solve_tape
+from core.tape.small_triangles import CLEAN, Smallness
+from core.tape.solve import CLEARLY, Choices, Taped, solve_tape
 
 __all__ = ["partition", "pca", "skeleton"]
 
@@ -192,21 +193,25 @@ def _require_room(parameters: CommonParameters, work: Floats, frame: WorkingFram
         )
 
 
+def _marched(one: _Prepared, parameters: PcaParameters) -> Marched | None:
+    if one.scale is None:
+        return None
+    pace = Pace(
+        one.scale,
+        one.extent,
+        one.frame.flat,
+        radius=(parameters.radius or 0.0) / one.frame.scale,
+        step=(parameters.step or 0.0) / one.frame.scale,
+        max_uses=parameters.max_uses or 0,
+        estimator=parameters.estimator,
+        seed=parameters.seed,
+    )
+    return solve_march(one.once, pace)
+
+
 def _march(one: _Prepared, parameters: PcaParameters) -> Solved | None:
     """One component by the PCA march (§4.2); None where nothing lines up."""
-    marched = None
-    if one.scale is not None:
-        pace = Pace(
-            one.scale,
-            one.extent,
-            one.frame.flat,
-            radius=(parameters.radius or 0.0) / one.frame.scale,
-            step=(parameters.step or 0.0) / one.frame.scale,
-            max_uses=parameters.max_uses or 0,
-            estimator=parameters.estimator,
-            seed=parameters.seed,
-        )
-        marched = solve_march(one.once, pace)
+    marched = _marched(one, parameters)
     refined = _refined(one, marched.curves, one.scale.sigma) if marched and one.scale else None
     if refined is None or _leaves_too_many(refined):
         chain = chain_neighbours(one.sample.points)
@@ -230,12 +235,32 @@ def _tape(one: _Prepared, parameters: SkeletonParameters) -> Solved | None:
         chain = chain_neighbours(one.sample.points)
         if chain is not None:
             refined = _as_they_are(one, chain, 0.0)
+    marched = None
+    if refined is None or _leaves_too_many(refined) or _has_no_width(one):
+        rival = _march(one, PcaParameters(outliers=parameters.outliers, seed=parameters.seed))
+        if rival is not None and (refined is None or _is_better(one, rival.refined, refined)):
+            refined, marched = rival.refined, rival.march
     if refined is None:
         return None
     if parameters.crossings != "through":
         read = read_crossings(refined.curves, parameters.crossings, refined.sigma, TOUCHING * refined.sigma)
         refined = replace(_as_they_are(one, read, refined.sigma), sigma=refined.sigma)
-    return _solved(one, refined, tape=taped)
+    return _solved(one, refined, march=marched, tape=taped)
+
+
+def _has_no_width(one: _Prepared) -> bool:
+    """Whether the noise is so small beside the distance of samples that a tape is hardly one."""
+    return one.scale is not None and one.scale.sigma * one.scale.density < CLEAN
+
+
+def _is_better(one: _Prepared, rival: Refined, refined: Refined) -> bool:
+    """Whether curves explain the samples clearly better than others."""
+    sigma = max(rival.sigma, refined.sigma)
+    told, wished = (
+        description_length(one.sample.few, each.curves, sigma, one.extent, one.frame.flat)
+        for each in (refined, rival)
+    )
+    return wished < told - CLEARLY
 
 
 def _solved(

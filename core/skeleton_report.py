@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from core.cloud.balls import Balls
 from core.cloud.points import LARGEST
 from core.cloud.working_frame import WorkingFrame
+from core.refine.crossings import crossings
 from core.results import (
     Ball,
     Containment,
@@ -32,6 +33,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 MOST_WARNINGS = 20  # of one kind and component
+LOW_ANGLE = 25.0  # degrees below which crossing and touching look alike
+DETAIL = 5.3  # in sigma: nearer branches share one tape
+HIDDEN = 0.4  # of the component's radius
+NO_TAPE = "leaves no room for a tape polygon, or its tape has no skeleton: its curves are the PCA march's."
+THIN_TAPE = "has too little noise to fill a tape: the PCA march explains it better, and its curves are given."
+TANGENTIAL = "Branches cross at so small an angle here that they may as well touch."
 AMBIGUOUS = (
     "Whether branches cross or only touch here the samples cannot tell; more samples or less noise would."
 )
@@ -88,6 +95,11 @@ def graph_of(solved: Sequence[Solved]) -> Graph | None:
 def skeleton_warnings(solved: Sequence[Solved]) -> list[Warn]:
     """Where the skeleton leaves its tape, and where a crossing could be read in another way."""
     out: list[Warn] = []
+    for one in solved:
+        if one.march is not None:
+            place = tuple(one.component.frame.origin[: one.frame.dimension].tolist())
+            message = f"Component {one.component.label} {NO_TAPE if one.tape is None else THIN_TAPE}"
+            out.append(Warn("march-instead", message, place))
     for one, taped in _taped(solved):
         leaving = (
             f"After {taped.skeleton.passes} resamplings of the border the skeleton still leaves the tape "
@@ -95,7 +107,20 @@ def skeleton_warnings(solved: Sequence[Solved]) -> list[Warn]:
         )
         out += _warned("skeleton-not-contained", leaving, _restored(one.frame, taped.skeleton.outside))
         out += _warned("ambiguous-crossing", AMBIGUOUS, one.frame.restore(taped.doubts))
+        low = [m.place for m in crossings(taped.curves) if m.angle < LOW_ANGLE]
+        out += _warned("ambiguous-crossing", TANGENTIAL, one.frame.restore(np.reshape(low, (-1, 3))))
+        if DETAIL * one.refined.sigma > HIDDEN * one.extent:
+            widest = taped.graph.places[[int(np.argmax(taped.graph.radius))]]
+            out += _warned("noise-hides-detail", _hidden(one), _restored(one.frame, widest))
     return out
+
+
+def _hidden(one: Solved) -> str:
+    sigma = one.refined.sigma * one.frame.scale
+    return (
+        f"The noise, sigma {sigma:.3g}, hides branches nearer to each other than about {DETAIL * sigma:.3g}, "
+        "a large part of the whole; the tape is widest here."
+    )
 
 
 def _warned(code: str, message: str, places: Floats) -> list[Warn]:

@@ -52,3 +52,8 @@ class Solved:
     scale: Scale | None = None
     march: Marched | None = None
     tape: Taped | None = None
+
+    @property
+    def extent(self) -> float:
+        """Radius of the component about its centre, in working units."""
+        return float(np.sqrt(np.einsum("ij,ij->i", self.points, self.points).max()))

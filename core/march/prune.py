@@ -27,20 +27,20 @@ def prune_fragments(sample: Sample, fragments: list[Fragment], sigma: float) -> 
     """
     reach = max(HALF_WIDTH * sigma, 1e-9)
     kept = list(fragments)
+    lengths = np.array([f.length for f in kept])
+    expected = lengths * [float(np.median(f.nodes[:, DENSITY])) for f in kept] * sample.thinning
     while len(kept) > 1:
         feet = project(sample.few, [f.polyline for f in kept], reach, rivals=True)
         size = len(kept)
         own = np.bincount(feet.curve[feet.curve >= 0], minlength=size)
         alone = np.bincount(feet.curve[(feet.curve >= 0) & (feet.other > reach)], minlength=size)
         share = alone / np.maximum(own, 1)
-        expected = np.array([f.length * float(np.median(f.nodes[:, DENSITY])) for f in kept]) * (
-            sample.thinning
-        )
         share = np.minimum(share, alone / np.maximum(expected, 1.0))
-        worst = int(np.argmin(share + 1e-6 * np.array([f.length for f in kept])))
+        worst = int(np.argmin(share + 1e-6 * lengths))
         if share[worst] >= EXCLUSIVE:
             break
         del kept[worst]
+        lengths, expected = np.delete(lengths, worst), np.delete(expected, worst)
     return kept
 
 

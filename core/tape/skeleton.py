@@ -23,7 +23,7 @@ from core.tape.medial_axis import (
 
 __all__ = ["Skeleton", "skeleton_of"]
 
-PASSES = 4  # each halves the spacing
+PASSES = 4  # with the usual spacing first; each halves it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,30 +72,37 @@ def skeleton_of(polygon: shapely.Geometry, prune: float, spacing: float | None =
         )
     width = mean_width(polygon)
     shapely.prepare(polygon)
-    best: Skeleton | None = None
+    best, least = None, (np.inf, 0)
     for passes, border in _finer_and_finer(polygon, spacing or SPACING * width, SPACING * width):
         axis = medial_axis(polygon, border, 0.5 * width)
         graph = skeleton_graph(axis, prune)
         outside = _not_covered(polygon, graph)
-        if best is None or len(outside) < len(best.outside):
-            best = Skeleton(axis, graph, passes, outside)
-        if not len(outside):
+        # Coarse segments are few, but long; where there are none the border was too coarse.
+        length = float(np.hypot(*np.diff(outside, axis=1)[:, 0].T).sum()) if graph.edges else np.inf
+        left = length, len(outside)
+        if best is None or left < least:
+            best, least = Skeleton(axis, graph, passes, outside.mean(axis=1)), left
+        if graph.edges and not len(outside):
             break
     assert best is not None  # noqa: S101 - there is always a first pass
     return best
 
 
-def _finer_and_finer(polygon: shapely.Geometry, step: float, chord: float) -> Iterator[tuple[int, Border]]:
-    for k in range(PASSES):
-        if k and step / 2**k * MOST_SAMPLES < polygon.length:
-            return
-        yield k + 1, resampled_border(polygon, step / 2**k, chord)
+def _finer_and_finer(polygon: shapely.Geometry, step: float, usual: float) -> Iterator[tuple[int, Border]]:
+    """Borders sampled at half the spacing each time; a coarse one goes on until it is fine enough."""
+    step = min(step, polygon.length)
+    finest = max(0.99 * min(step, usual) / 2 ** (PASSES - 1), polygon.length / MOST_SAMPLES)
+    passes = 1
+    yield passes, resampled_border(polygon, step, usual)
+    while step >= 2.0 * finest:
+        step, passes = step / 2.0, passes + 1
+        yield passes, resampled_border(polygon, step, usual)
 
 
 def _not_covered(polygon: shapely.Geometry, graph: Graph) -> NDArray[np.float64]:
-    """Middles of the segments of the graph that the polygon does not cover."""
+    """(U, 2, 2) the segments of the graph that the polygon does not cover."""
     segments = [np.stack([edge.places[:-1], edge.places[1:]], axis=1) for edge in graph.edges]
     if not segments:
-        return np.zeros((0, 2))
+        return np.zeros((0, 2, 2))
     ends = np.concatenate(segments)
-    return np.asarray(ends[~shapely.covers(polygon, shapely.linestrings(ends))].mean(axis=1))
+    return np.asarray(ends[~shapely.covers(polygon, shapely.linestrings(ends))])

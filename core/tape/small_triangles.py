@@ -18,7 +18,7 @@ from core.cloud.balls import Balls
 from core.tape.delaunay import Triangulation, areas, edge_lengths
 from core.tape.polygon import edge_components, fill_holes
 
-__all__ = ["Local", "SmallTriangles", "Smallness", "small_triangles"]
+__all__ = ["CLEAN", "Local", "SmallTriangles", "Smallness", "small_triangles"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -29,6 +29,7 @@ AREA = 1.7  # squared core spacings: its area
 SLENDER = 1.3  # times the longest edge: a triangle small by its area only
 GAP = 8.0  # added to ln N: how sure a gap in the samples must be to count as one
 HALF_STRIP = 2.5  # in sigma
+CLEAN = 0.2  # mean distances of samples along the curve: less noise makes no difference
 NEAREST = 6  # balls asked for a strip
 SPREAD = 5  # balls whose median is the local scale
 HOLE = 3.0  # times ln N squared core spacings: smaller holes in the tape are chance
@@ -75,7 +76,8 @@ class Local:
         _, near = cKDTree(balls.centre[found][:, :2]).query(places, min(SPREAD, int(found.sum())))
         near = np.asarray(near).reshape(len(places), min(SPREAD, int(found.sum())))
         sigma, density = balls.sigma[found], balls.density[found] / thinning
-        return cls(np.median(sigma[near], axis=1), np.median(density[near], axis=1))
+        sigma, density = np.median(sigma[near], axis=1), np.median(density[near], axis=1)
+        return cls(np.maximum(sigma, CLEAN / density), density)
 
     @property
     def spacing(self) -> Floats:
@@ -131,15 +133,15 @@ def small_triangles(
     most_area, most_edge = _limits(mesh, balls, lengths, area, spacing, smallness)
     short_edges = longest <= most_edge
     small_area = (area <= most_area) & (longest <= SLENDER * most_edge)
-    enclosed = _enclosed(mesh.points, mesh.triangles, balls, longest <= gap)
+    half = HALF_STRIP * np.maximum(balls.sigma, CLEAN * thinning / np.maximum(balls.density, 1e-300))
+    enclosed = _enclosed(mesh.points, mesh.triangles, balls, half, longest <= gap)
     chance = HOLE * log_n * spacing**2
     accepted = fill_holes(mesh, short_edges | small_area | enclosed, chance)
     accepted = _without_islands(mesh, accepted, area, np.where(most_edge < gap, 0.0, chance))
     # Where samples are so dense that no gap is longer than a short edge there is nothing to bridge.
     sparse = most_edge < gap
-    bridges = _bridges(
-        mesh, accepted, lengths, np.where(sparse, most_edge, 0.0), np.where(sparse, gap, 0.0), balls
-    )
+    short, gap = np.where(sparse, most_edge, 0.0), np.where(sparse, gap, 0.0)
+    bridges = _bridges(mesh, accepted, lengths, short, gap, balls, half)
     return SmallTriangles(enclosed, small_area, short_edges, accepted, bridges, float(np.median(spacing)))
 
 
@@ -180,13 +182,13 @@ def _typical(mesh: Triangulation, balls: Balls, f_d: float) -> Bools:
     return inside if inside.any() else np.ones(len(inside), np.bool_)
 
 
-def _enclosed(points: Floats, shapes: Ints, balls: Balls, asked: Bools) -> Bools:
-    """Which of the asked triangles or edges (rows of vertices) lie within the strip of one ball."""
+def _enclosed(points: Floats, shapes: Ints, balls: Balls, half: Floats, asked: Bools) -> Bools:
+    """Which of the asked triangles or edges (rows of vertices) lie within one ball's strip."""
     rows = np.flatnonzero(asked)
     corners = points[shapes[rows]]
     found = np.flatnonzero(balls.found)
     centre, way = balls.centre[found][:, :2], balls.direction[found][:, :2]
-    radius, sigma = balls.radius[found], balls.sigma[found]
+    radius, half = balls.radius[found], half[found]
     _, near = cKDTree(centre).query(corners.mean(axis=1), min(NEAREST, len(found)))
     near = np.asarray(near).reshape(len(rows), min(NEAREST, len(found)))
     # A strip ends where its samples do; a gap begins there.
@@ -197,8 +199,7 @@ def _enclosed(points: Floats, shapes: Ints, balls: Balls, asked: Bools) -> Bools
         along = np.einsum("mkc,mc->mk", off, way[ball])
         across = off[..., 0] * way[ball][:, None, 1] - off[..., 1] * way[ball][:, None, 0]
         inside |= np.all(
-            (np.abs(along) <= (radius[ball] + more)[:, None])
-            & (np.abs(across) <= HALF_STRIP * sigma[ball][:, None]),
+            (np.abs(along) <= (radius[ball] + more)[:, None]) & (np.abs(across) <= half[ball][:, None]),
             axis=1,
         )
     out = np.zeros(len(shapes), np.bool_)
@@ -207,7 +208,13 @@ def _enclosed(points: Floats, shapes: Ints, balls: Balls, asked: Bools) -> Bools
 
 
 def _bridges(
-    mesh: Triangulation, accepted: Bools, lengths: Floats, most_edge: Floats, gap: Floats, balls: Balls
+    mesh: Triangulation,
+    accepted: Bools,
+    lengths: Floats,
+    most_edge: Floats,
+    gap: Floats,
+    balls: Balls,
+    half: Floats,
 ) -> Ints:
     """Edges without an accepted triangle that are short, or bridge a gap along a strip."""
     t = mesh.triangles
@@ -216,5 +223,6 @@ def _bridges(
     bare = ~np.tile(accepted, 3) & ~((other >= 0) & accepted[np.maximum(other, 0)])
     length = lengths.T.ravel()
     short = bare & (length <= np.tile(most_edge, 3))
-    kept = short | _enclosed(mesh.points, edge, balls, bare & ~short & (length <= np.tile(gap, 3)))
+    asked = bare & ~short & (length <= np.tile(gap, 3))
+    kept = short | _enclosed(mesh.points, edge, balls, half, asked)
     return np.unique(np.sort(edge[kept], axis=1), axis=0)

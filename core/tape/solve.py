@@ -18,11 +18,11 @@ from core.tape.junction import merged
 from core.tape.loose_ends import joined
 from core.tape.reconnection import reconnected
 from core.tape.skeleton import Skeleton, skeleton_of
-from core.tape.small_triangles import Smallness
+from core.tape.small_triangles import CLEAN, Smallness
 from core.tape.tape import Tape, approximate_tape
 from core.tape.trace import straight_through
 
-__all__ = ["Choices", "Taped", "solve_tape"]
+__all__ = ["CLEARLY", "Choices", "Taped", "solve_tape"]
 
 Floats = NDArray[np.float64]
 
@@ -98,21 +98,23 @@ def solve_tape(sample: Sample, scale: Scale, extent: float, choices: Choices) ->
     judged = Sample.of(sample.few[spread_subsample(sample.few, JUDGED)])
     # Most optimal balls meet curvature; where they do not they may span several branches.
     sure = bool(np.mean(scale.balls.interior[scale.balls.found]) > SURE) or choices.smallness.f_l is not None
+    clean = scale.sigma * scale.density < CLEAN
     for level in LEVELS:
         scaled = replace(choices, smallness=replace(choices.smallness, level=level))
         one = _once(sample, judged, scale, extent, scaled)
         if one is not None and (best is None or one.nats < best.nats - CLEARLY):
             best = one
-        if sure and one is not None and one.explained > 1.0 - DOUBT:
+        if clean or (sure and one is not None and one.explained > 1.0 - DOUBT):
             break
     return best
 
 
 def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: Choices) -> Taped | None:
-    sigma = scale.sigma * choices.smallness.level
+    typical = max(scale.sigma, CLEAN / scale.density)
+    sigma = typical * choices.smallness.level
     points = np.ascontiguousarray(sample.many[:, :2])
     thinning = min(CANDIDATES / len(points), 1.0)
-    tape = approximate_tape(points, scale.balls, thinning, scale.sigma, extent, choices.smallness)
+    tape = approximate_tape(points, scale.balls, thinning, typical, extent, choices.smallness)
     if tape is None or tape.polygon.is_empty:
         return None
     prune = PRUNE if choices.prune is None else choices.prune
@@ -123,10 +125,10 @@ def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: 
     if not curves:
         return None
     radius = scale.radius * float(np.sqrt(choices.smallness.level))
-    curves = _rejoined(sample, judged, curves, sigma, radius)
+    curves = _rejoined(sample, judged, curves, sigma, scale, radius)
     curves, doubts = reconnected(sample, curves, sigma, scale, extent)
     if any(not line.closed for line in curves):  # crossings that come right may bring ends together
-        curves = _rejoined(sample, judged, curves, sigma, radius)
+        curves = _rejoined(sample, judged, curves, sigma, scale, radius)
     smooth = refine_curves(judged, curves, sigma, True, passes=2, corners=False)
     nats = description_length(judged.points, smooth.curves, smooth.sigma, extent, flat=True)
     return Taped(
@@ -142,12 +144,14 @@ def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: 
 
 
 def _rejoined(
-    sample: Sample, judged: Sample, curves: Sequence[Polyline], sigma: float, radius: float
+    sample: Sample, judged: Sample, curves: Sequence[Polyline], sigma: float, scale: Scale, radius: float
 ) -> list[Polyline]:
     """Join loose ends, after a short refinement."""
     smooth = refine_curves(judged, curves, sigma, True, passes=2, corners=False)
     share = len(judged.points) / len(sample.many)
-    return joined(sample, smooth.curves, smooth.feet, share, smooth.sigma, radius)
+    return joined(
+        sample, smooth.curves, smooth.feet, share, max(smooth.sigma, 0.25 * CLEAN / scale.density), radius
+    )
 
 
 def _samples_along(sample: Sample, graph: Graph, reach: float) -> Floats:

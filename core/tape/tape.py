@@ -18,6 +18,7 @@ __all__ = ["Tape", "approximate_tape"]
 CLOSE = 1.0  # in sigma: clefts narrower than twice this are closed,
 CLEFT = 2.5  # or than twice this many spacings of samples, where those are nearer
 HALF_WIDTH = 0.5  # of that: what every edge of the tape has at least
+STRAIGHT = 0.1  # of that: how far chains of edges may be off when they are simplified
 LEAST_HOLE = np.pi  # in sigma squared
 SPARSE = 0.3  # of the distance between samples along the curve: half-width of a tape with little noise
 THINNEST = 1e-4  # of the extent: the same where that is less
@@ -80,7 +81,10 @@ def approximate_tape(
     reach = min(CLOSE * sigma, max(CLEFT * small.spacing, THINNEST * extent))
     along = thinning / float(np.median(balls.density[balls.found]))
     reach = max(reach, SPARSE * along)
-    parts = [polygon, shapely.multilinestrings(points[small.bridges])] if len(small.bridges) else [polygon]
+    parts = [polygon]
+    if len(small.bridges):  # long lines with few vertices are widened much faster than their edges
+        lines = shapely.line_merge(shapely.multilinestrings(points[small.bridges]))
+        parts.append(shapely.simplify(lines, STRAIGHT * reach))
     body = shapely.GeometryCollection(parts).buffer(reach, quad_segs=QUARTER)
     body = body.buffer((HALF_WIDTH - 1.0) * reach, quad_segs=QUARTER)
     log_n = float(np.log(max(len(points), 2)))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from core.refine.evidence import description_length
+from core.refine.evidence import bending, description_length
 from core.refine.polyline import Polyline
 from tests.core.shapes import arc, in_space, line
 
@@ -98,3 +98,91 @@ def test_the_order_of_samples_and_curves_does_not_matter():
 def test_curves_of_no_length_are_judged_too():
     dot = Polyline(np.zeros((3, 3)), True)
     assert not np.isnan(nats(arc(100, SIGMA), dot))
+
+
+def test_given_the_curves_their_number_and_ends_cost_nothing():
+    points = in_space(arc(1000, SIGMA))
+    vertices = ring().vertices
+    halves = Polyline(vertices[:101], False), Polyline(np.concatenate((vertices[100:], vertices[:1])), False)
+    whole = [description_length(points, curves, SIGMA, 2.0, True, True) for curves in ([ring()], halves)]
+    apart = [description_length(points, curves, SIGMA, 2.0, True) for curves in ([ring()], halves)]
+    assert whole[0] == pytest.approx(whole[1], abs=0.5)
+    assert apart[1] - whole[1] > apart[0] - whole[0] > 0.0
+
+
+def test_what_the_curves_themselves_cost_does_not_depend_on_their_course():
+    points = in_space(arc(1000, SIGMA))
+    costs = [
+        description_length(points, [one], SIGMA, 2.0, True)
+        - description_length(points, [one], SIGMA, 2.0, True, True)
+        for one in (ring(), ring(1.01), ring(centre=0.1))
+    ]
+    assert costs == pytest.approx([costs[0]] * 3, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_given_the_curves_the_truth_still_beats_what_is_near_it(seed):
+    points = in_space(arc(1000, SIGMA, seed=seed))
+    truth, larger, beside = (
+        description_length(points, [one], SIGMA, 2.0, True, True)
+        for one in (ring(), ring(1.0 + 0.5 * SIGMA), ring(centre=0.5 * SIGMA))
+    )
+    assert truth < larger
+    assert truth < beside
+
+
+def bent(*degrees, length=10.0):
+    """A polyline that turns by each angle, a length after the last, back in the plane."""
+    way = np.radians(np.concatenate(([30.0], 30.0 + np.cumsum(degrees))))
+    steps = length * np.column_stack((np.cos(way), np.sin(way)))
+    return Polyline(in_space(np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))), False)
+
+
+@pytest.mark.parametrize("radius", [0.1, 1.0, 30.0])
+def test_a_circle_of_typical_curvature_costs_pi(radius):
+    assert bending([ring(radius)], SIGMA * radius, 1.0 / radius) == pytest.approx(np.pi, rel=0.02)
+
+
+def test_an_arc_costs_its_share_of_the_circle():
+    half = bending([ring(turn=np.pi)], SIGMA, 1.0)
+    assert half == pytest.approx(0.5 * np.pi, rel=0.05)
+
+
+def test_a_circle_bent_twice_as_much_costs_twice_as_much():
+    assert bending([ring(0.5)], SIGMA, 1.0) == pytest.approx(2.0 * np.pi, rel=0.02)
+
+
+def test_a_straight_line_costs_nothing():
+    assert bending([bent(0.0, 0.0)], SIGMA, 1.0) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_curves_add_up():
+    each = [bending([one], SIGMA, 1.0) for one in (ring(), bent(40.0))]
+    assert bending([ring(), bent(40.0)], SIGMA, 1.0) == pytest.approx(sum(each))
+    assert bending([], SIGMA, 1.0) == 0
+
+
+def test_sharper_turns_cost_more():
+    costs = [bending([bent(degrees)], SIGMA, 1.0) for degrees in (0.0, 10.0, 45.0, 90.0, 150.0)]
+    assert np.all(np.diff(costs) > 0.0)
+
+
+def test_one_sharp_turn_costs_more_than_many_gentle_ones():
+    gentle = bent(*[9.0] * 10, length=1.0)
+    assert bending([gentle], SIGMA, 1.0) < bending([bent(90.0, length=5.5)], SIGMA, 1.0)
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_bending_does_not_depend_on_the_unit_or_the_direction(factor):
+    line = bent(20.0, -70.0, 130.0)
+    scaled = Polyline(factor * line.vertices, False)
+    back = Polyline(line.vertices[::-1], False)
+    cost = bending([line], SIGMA, 1.0)
+    assert bending([scaled], factor * SIGMA, 1.0 / factor) == pytest.approx(cost, rel=1e-6)
+    assert bending([back], SIGMA, 1.0) == pytest.approx(cost, rel=1e-6)
+
+
+def test_wiggles_within_the_noise_cost_less_than_beyond_it():
+    x = np.linspace(0.0, 10.0, 2001)
+    wiggles = Polyline(in_space(np.column_stack((x, 0.02 * np.sin(2 * np.pi * x / 0.1)))), False)
+    assert bending([wiggles], 0.2, 1.0) < 0.1 * bending([wiggles], 0.002, 1.0)
