@@ -233,7 +233,7 @@ def _tape(one: _Prepared, parameters: SkeletonParameters) -> Solved | None:
     refined = _refined(one, taped.curves, taped.sigma) if taped else None
     if refined is None or _leaves_too_many(refined):
         chain = chain_neighbours(one.sample.points)
-        if chain is not None:
+        if chain is not None and (refined is None or len(chain) <= len(refined.curves)):
             refined = _as_they_are(one, chain, 0.0)
     marched = None
     if refined is None or _leaves_too_many(refined) or _has_no_width(one):

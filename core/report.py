@@ -71,7 +71,11 @@ def report(
         outliers=np.flatnonzero(outside),
         sampling=_sampling(curves, solved, parts),
         frames=tuple(one.component.frame for one in solved),
-        warnings=(*parts.warnings, *_warnings(solved), *skeleton_warnings(solved)),
+        warnings=(
+            *parts.warnings,
+            *_warnings(solved),
+            *(skeleton_warnings(solved) if method == "skeleton" else []),
+        ),
         tape=tape_of(solved) if method == "skeleton" else None,
         containment=containment_of(solved) if method == "skeleton" else None,
         graph=graph_of(solved) if method == "skeleton" else None,

@@ -21,9 +21,10 @@ __all__ = [
     "Landing",
     "Link",
     "PartitionAnswer",
+    "PcaAnswer",
     "ProblemDocument",
     "Readiness",
-    "ReconstructionAnswer",
+    "SkeletonAnswer",
 ]
 
 
@@ -121,7 +122,7 @@ class Sampling(_Answer):
 
 
 class Ball(_Answer):
-    """A local ball of the march with its fitted direction (§4.2.1)."""
+    """A local ball with its fitted direction (§4.2.1)."""
 
     centre: Coordinates
     radius: float
@@ -130,17 +131,10 @@ class Ball(_Answer):
     component: int
 
 
-class Stages(_Answer):
-    """Intermediate results of the march."""
+class _Reconstruction(_Answer):
+    """Curves, and all that is known of how good they are, by whatever method."""
 
-    balls: list[Ball]
-    march: list[list[Coordinates]] = Field(description="The vertices before joining and refinement.")
-
-
-class ReconstructionAnswer(_Answer):
-    """Curves, and all that is known of how good they are."""
-
-    method: Literal["pca"]
+    method: str
     reason: str
     curves: list[Curve]
     crossings: list[Crossing]
@@ -148,7 +142,106 @@ class ReconstructionAnswer(_Answer):
     sampling: Sampling
     frames: list[Frame]
     warnings: list[Warn]
-    stages: Stages | None = Field(None, description="Only when `include` names it.")
+
+
+class PcaStages(_Answer):
+    """Intermediate results of the march."""
+
+    balls: list[Ball] = Field(description="In marching order.")
+    march: list[list[Coordinates]] = Field(description="The vertices before joining and refinement.")
+
+
+class PcaAnswer(_Reconstruction):
+    """Curves, and all that is known of how good they are."""
+
+    method: Literal["pca"]
+    stages: PcaStages | None = Field(None, description="Only when `include` names it.")
+
+
+class MultiPolygon(_Answer):
+    """A GeoJSON MultiPolygon (RFC 7946): rings repeat their first position; the first is the outer one."""
+
+    type: Literal["MultiPolygon"]
+    coordinates: list[
+        Annotated[list[Annotated[list[Coordinates], Field(min_length=4)]], Field(min_length=1)]
+    ] = Field(description="Polygons, each a list of rings: the outer loop L_0, then the holes.")
+
+
+class Containment(_Answer):
+    """Whether the skeleton lies in the tape (§4.5), and the samples too."""
+
+    covered: bool = Field(description="Whether all of the skeleton lies in the tape.")
+    passes: int = Field(description="How often the tape's border was resampled; of several tapes the most.")
+    samples_inside: float = Field(description="Share of the samples that lie in the tape, 0 to 1.")
+
+
+class GraphNode(_Answer):
+    """A fork or an end of the skeleton."""
+
+    location: Coordinates
+    radius: float = Field(description="Half-width of the tape there.")
+    degree: int = Field(description="Number of edges that end there: 1 at an end, 3 or more at a fork.")
+    component: int
+
+
+class GraphEdge(_Answer):
+    """A stretch of the skeleton between two nodes."""
+
+    nodes: Annotated[list[int], Field(min_length=2, max_length=2)] = Field(
+        description="Indices of the nodes at its first and its last vertex; one twice for a loop."
+    )
+    vertices: list[Coordinates]
+    widths: list[float] = Field(description="Width of the tape at each vertex.")
+    length: float
+
+
+class Graph(_Answer):
+    """The skeleton without hair."""
+
+    nodes: list[GraphNode]
+    edges: list[GraphEdge]
+
+
+Pair = Annotated[list[int], Field(min_length=2, max_length=2)]
+
+
+class Delaunay(_Answer):
+    """The Delaunay triangles of the samples, and which of them are small (§4.4)."""
+
+    triangles: list[Annotated[list[int], Field(min_length=3, max_length=3)]] = Field(
+        description="Indices of points of the input."
+    )
+    enclosed: list[bool] = Field(description="For each triangle: kept for lying in a local ball.")
+    small_area: list[bool] = Field(description="For each triangle: kept for its area.")
+    short_edges: list[bool] = Field(description="For each triangle: kept for its longest edge.")
+    accepted: list[bool] = Field(description="For each triangle: part of the tape; false holes are filled.")
+    bridges: list[Pair] = Field(description="Edges kept without a triangle, as indices of points.")
+
+
+class SkeletonStages(_Answer):
+    """Intermediate results of the skeleton method."""
+
+    balls: list[Ball] = Field(description="The local balls that gave the typical triangles.")
+    delaunay: Delaunay
+    border: list[list[Coordinates]] = Field(
+        description="The tape's border, resampled; loops, which do not repeat their first vertex."
+    )
+    voronoi: list[Annotated[list[Coordinates], Field(min_length=2, max_length=2)]] = Field(
+        description="The two ends of each Voronoi edge that is dual to an edge in the tape, hair included."
+    )
+
+
+class SkeletonAnswer(_Reconstruction):
+    """Curves, the tape polygon and the skeleton that they were read from."""
+
+    method: Literal["skeleton"]
+    tape: MultiPolygon = Field(description="The tape polygon T (§4.4).")
+    tape_components: list[int] = Field(description="For each polygon of the tape: its component.")
+    containment: Containment | None = Field(
+        description="Null without a tape: sparse or collinear samples are joined to their neighbours instead."
+    )
+    graph: Graph
+    stages: SkeletonStages | None = Field(None, description="Only when `include` names it.")
 
 
 class Link(_Answer):

@@ -12,14 +12,17 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import PackageNotFoundError, version
+from itertools import takewhile
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
 
 from core.errors import InvalidInput
 from service.processes import PROCESSES, Process
@@ -118,11 +121,11 @@ def _add_serve(commands: Any) -> None:
 
 def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> None:
     rows = list(methods.values())
-    title, text = rows[0].title, rows[0].description.replace("`", "")
     parser = commands.add_parser(
         command,
-        help=title[:1].lower() + title[1:],
-        description=_literal(text),
+        help=_summary([row.title for row in rows]),
+        description=_literal(_described(methods)),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.add_argument(
@@ -138,10 +141,40 @@ def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> No
         parser.add_argument(
             "--include", action="append", choices=included, help="an extra part that the result shall contain"
         )
-    group = parser.add_argument_group("parameters", "what is not given follows from the data")
-    for name, field in {k: v for row in rows for k, v in row.parameters.model_fields.items()}.items():
-        _add_option(group, name, field)
+    _add_parameters(parser, methods)
     parser.set_defaults(run=_compute, methods=methods, method=next(iter(methods)))
+
+
+def _summary(titles: Sequence[str]) -> str:
+    """Say in one line what all methods of a command do: the words that they share once."""
+    words = [title.split() for title in titles]
+    shared = sum(1 for _ in takewhile(lambda same: len(set(same)) == 1, zip(*words, strict=False)))
+    text = " ".join([*words[0][:shared], " or ".join(" ".join(own[shared:]) for own in words)]).strip()
+    return text[:1].lower() + text[1:]
+
+
+def _described(methods: dict[str, Process]) -> str:
+    """Say what each method of a command does."""
+    texts = {name: row.description.replace("`", "") for name, row in methods.items()}
+    many = len(texts) > 1
+    return "\n\n".join(
+        textwrap.fill(f"--method {name}: {text}" if many else text) for name, text in texts.items()
+    )
+
+
+def _add_parameters(parser: argparse.ArgumentParser, methods: dict[str, Process]) -> None:
+    """Add the parameters that all methods have, and then those of each."""
+    fields = {name: row.parameters.model_fields for name, row in methods.items()}
+    common = set.intersection(*map(set, fields.values()))
+    every = parser.add_argument_group("parameters", "what is not given follows from the data")
+    for name, field in next(iter(fields.values())).items():
+        if name in common:
+            _add_option(every, name, field)
+    for method, own in fields.items():
+        group = parser.add_argument_group(f"parameters of --method {method}")
+        for name, field in own.items():
+            if name not in common:
+                _add_option(group, name, field)
 
 
 def _add_examples(commands: Any) -> None:
@@ -174,6 +207,8 @@ def _add_option(parser: Any, name: str, field: FieldInfo) -> None:
     """Add the option of a parameter or a setting; its text is converted where the model checks it."""
     kinds = set(_kinds(field.annotation))
     text = (field.description or "").replace("`", "").replace("Null:", "Default:")
+    if field.default not in {None, (), PydanticUndefined}:
+        text += f" Default: {str(field.default).lower() if bool in kinds else field.default}."
     keywords: dict[str, Any] = {"help": _literal(text)}
     choices = [choice for kind in kinds if get_origin(kind) is Literal for choice in get_args(kind)]
     if bool in kinds:
@@ -245,8 +280,8 @@ def _read(options: argparse.Namespace, process: Process) -> Submission:
 
     media_type, encoding = media_type_of_name(options.input)
     body = _bytes_of(options.input)
-    names = {name for row in options.methods.values() for name in row.parameters.model_fields}
-    query = [*_given(options, sorted(names)).items()]
+    _refuse_other_methods(options, process)
+    query = [*_given(options, process.parameters.model_fields).items()]
     query += [("include", name) for name in getattr(options, "include", None) or ()]
     try:
         plain = decompress(body, encoding or ("gzip" if body.startswith(_GZIP) else None), _UNLIMITED)
@@ -255,6 +290,14 @@ def _read(options: argparse.Namespace, process: Process) -> Submission:
         return decode(plain, media_type, None, query, process.parameters, process.include, limits)
     except IntakeError as error:
         raise _refusal(error.errors, error.detail, options.input) from None
+
+
+def _refuse_other_methods(options: argparse.Namespace, process: Process) -> None:
+    """Say which method an option belongs to, when it is not the one that is asked for."""
+    for method, row in options.methods.items():
+        names = row.parameters.model_fields.keys() - process.parameters.model_fields.keys()
+        for name in _given(options, sorted(names)):
+            raise _UsageError(f"{_option(name)}: a parameter of another method; add --method {method}")
 
 
 def _bytes_of(name: str) -> bytes:

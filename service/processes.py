@@ -14,8 +14,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from core.parameters import PartitionParameters, PcaParameters
-from service.answers import PartitionAnswer, ReconstructionAnswer
+from core.parameters import PartitionParameters, PcaParameters, SkeletonParameters
+from service.answers import PartitionAnswer, PcaAnswer, SkeletonAnswer
 
 __all__ = ["PROCESSES", "Process", "process"]
 
@@ -79,8 +79,21 @@ PROCESSES: tuple[Process, ...] = (
         description="Marches along each component from local ball to local ball, in the direction of its "
         "first principal axis, and refines what it finds. Every parameter left out follows from the data.",
         parameters=PcaParameters,
-        answer=ReconstructionAnswer,
+        answer=PcaAnswer,
         function="core.methods:pca",
+        include=frozenset({"stages"}),
+    ),
+    Process(
+        id="reconstruct-skeleton",
+        path="/reconstruct/skeleton",
+        title="Reconstruct curves by the tape polygon and its skeleton",
+        description="Covers each component with a tape polygon, the small ones of the Delaunay triangles of "
+        "its samples, and reads the curves from the tape's Voronoi skeleton. The tape, the skeleton as a "
+        "graph with widths, and whether the one contains the other are part of the answer. `crossings` says "
+        "how curves that cross are read. Every parameter left out follows from the data.",
+        parameters=SkeletonParameters,
+        answer=SkeletonAnswer,
+        function="core.methods:skeleton",
         include=frozenset({"stages"}),
     ),
 )

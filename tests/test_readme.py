@@ -24,9 +24,9 @@ import shapely
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from core.parameters import PartitionParameters, PcaParameters
+from core.parameters import CommonParameters, PartitionParameters, PcaParameters, SkeletonParameters
 from service import problems
-from service.answers import PartitionAnswer, ReconstructionAnswer
+from service.answers import PartitionAnswer, PcaAnswer
 from service.app import create_app
 from service.cli import main
 from service.intake import MEDIA_TYPES
@@ -120,25 +120,46 @@ def shell(request: pytest.FixtureRequest, address: str, tmp_path_factory: pytest
 
     def run(text: str) -> bytes:
         assert ADDRESS in text
+        for path in directory.glob("*.svg"):
+            path.unlink()
         environment = {**os.environ, "PATH": f"{directory}{os.pathsep}{os.environ['PATH']}"}
         command = ["bash", "-euo", "pipefail", "-c", text.replace(ADDRESS, address)]
         done = subprocess.run(command, env=environment, cwd=directory, capture_output=True, check=True)  # noqa: S603 # the README's
-        pictures = [path.read_bytes() for path in sorted(directory.glob("*.svg"))]
-        return done.stdout or pictures[0]
+        return done.stdout or next(directory.glob("*.svg")).read_bytes()
 
     return run
 
 
-def test_the_picture_shows_one_curve_and_its_cloud(shell: Shell) -> None:
-    picture = ElementTree.fromstring(shell(block("sh", "spiral.svg")))  # noqa: S314 # our own
-    title = picture.find("{http://www.w3.org/2000/svg}title")
+def picture(text: bytes) -> tuple[str, list[str]]:
+    """Return the title of an SVG, and the names of the pictures in it."""
+    root = ElementTree.fromstring(text)  # noqa: S314 # our own
+    title = root.findtext("{http://www.w3.org/2000/svg}title")
     assert title is not None
-    assert title.text == "1 curve (pca)"
+    return title, [view.get("id", "") for view in root.iter("{http://www.w3.org/2000/svg}view")]
+
+
+def test_the_picture_shows_one_curve_and_its_cloud(shell: Shell) -> None:
+    assert picture(shell(block("sh", "spiral.svg"))) == ("1 curve (pca)", [])
+
+
+def test_the_double_8_falls_into_its_loops(shell: Shell) -> None:
+    assert picture(shell(block("sh", "double_8.svg"))) == ("4 curves (skeleton)", [])
+
+
+def test_the_sheet_shows_every_stage_that_is_listed(shell: Shell) -> None:
+    title, names = picture(shell(block("sh", "sheet.svg")))
+    assert title == "1 curve (skeleton)"
+    assert names == [code(row[0])[0] for row in table(section("Stages"))]
+
+
+def test_the_readings_of_crossings_are_those_of_the_core() -> None:
+    choices = SkeletonParameters.model_json_schema()["properties"]["crossings"]["enum"]
+    assert [code(row[0])[0] for row in table(section("Crossings"))] == choices
 
 
 def test_the_answer_is_the_one_shown(shell: Shell) -> None:
     real = shell(block("sh", "application/json' --data-binary"))
-    ReconstructionAnswer.model_validate_json(real)
+    PcaAnswer.model_validate_json(real)
     (shown,) = blocks("json")
     assert_alike(json.loads(shown), json.loads(real))
 
@@ -181,7 +202,14 @@ def test_the_command_line_does_what_is_shown(tmp_path: Path, monkeypatch: pytest
 
 
 def test_every_command_block_is_tested() -> None:
-    tested = ("spiral.svg", "application/json' --data-binary", "/partition", "tapeline ")
+    tested = (
+        "spiral.svg",
+        "double_8.svg",
+        "sheet.svg",
+        "application/json' --data-binary",
+        "/partition",
+        "tapeline ",
+    )
     assert sorted(block("sh", word) for word in tested) == sorted(blocks("sh"))
 
 
@@ -250,15 +278,16 @@ def models(annotation: Any) -> Iterator[type[BaseModel]]:
         yield from models(part)
 
 
-@pytest.mark.parametrize("answer", [ReconstructionAnswer, PartitionAnswer])
+@pytest.mark.parametrize("answer", [row.answer for row in PROCESSES])
 def test_every_field_of_an_answer_is_explained(answer: type[BaseModel]) -> None:
-    explained = {name for text in code(section("Answers")) for name in re.findall(r"[a-z_]+", text)}
+    text = section("Answers") + section("Stages")
+    explained = {name for part in code(text) for name in re.findall(r"[a-z_]+", part)}
     assert fields(answer) <= explained
 
 
 def test_every_warning_is_named() -> None:
     text = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "core").rglob("*.py"))
-    given = set(re.findall(r'\bWarn\(\s*"([a-z-]+)"', text))
+    given = set(re.findall(r'\b(?:Warn|_warned)\(\s*"([a-z-]+)"', text))
     (named,) = [row[1].partition("codes: ")[2] for row in table(section("Answers").partition("Fields of")[2])
                 if row[0] == "`warnings[]`"]  # fmt: skip
     assert set(code(named)) == given
@@ -272,18 +301,19 @@ def test_the_errors_are_those_of_the_service() -> None:
     assert listed == known
 
 
-def parameter_row(name: str, field: FieldInfo) -> str:
+def parameter_row(model: type[BaseModel], name: str) -> str:
     """Return the row of a parameter as the README must have it."""
-    schema = PcaParameters.model_json_schema()["properties"][name]
+    field, schema = model.model_fields[name], model.model_json_schema()["properties"][name]
     kind = next(one for one in schema.get("anyOf", [schema]) if one.get("type") != "null")
     if "enum" in kind:
         values = ", ".join(f"`{value}`" for value in kind["enum"])
     elif kind["type"] == "boolean":
         values = "`true`, `false`"
-    elif "maximum" in kind:
-        values = f"{kind['type']} {kind['minimum']} to {kind['maximum']}"
+    elif {"minimum", "maximum"} <= kind.keys():
+        values = f"{kind['type']} {kind['minimum']:g} to {kind['maximum']:.10g}"
     else:
         values = f"{kind['type']} " + ("> 0" if kind.get("exclusiveMinimum") == 0 else f"≥ {kind['minimum']}")
+        values += f", ≤ {kind['maximum']:g}" if "maximum" in kind else ""
     return f"| `{name}` | {values} | `{json.dumps(field.default)}` | {field.description} |".replace(
         '`"', "`"
     ).replace('"`', "`")
@@ -296,9 +326,13 @@ def setting_row(name: str, field: FieldInfo) -> str:
 
 
 def test_the_parameters_are_those_of_the_core() -> None:
-    rows = [parameter_row(name, field) for name, field in PcaParameters.model_fields.items()]
-    assert re.findall(r"^\| `.*$", section("Parameters"), flags=re.MULTILINE) == rows
-    assert list(PartitionParameters.model_fields) == list(PcaParameters.model_fields)[:2]
+    tables = section("Parameters").split("also takes:")
+    common = list(CommonParameters.model_fields)
+    for text, model in zip(tables, (CommonParameters, PcaParameters, SkeletonParameters), strict=True):
+        own = [name for name in model.model_fields if model is CommonParameters or name not in common]
+        rows = [parameter_row(model, name) for name in own]
+        assert re.findall(r"^\| `.*$", text, flags=re.MULTILINE) == rows
+    assert list(PartitionParameters.model_fields) == common[:2]
 
 
 def test_the_settings_are_those_of_the_service() -> None:

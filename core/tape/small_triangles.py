@@ -29,6 +29,7 @@ AREA = 1.7  # squared core spacings: its area
 SLENDER = 1.3  # times the longest edge: a triangle small by its area only
 GAP = 8.0  # added to ln N: how sure a gap in the samples must be to count as one
 HALF_STRIP = 2.5  # in sigma
+FAR = 0.5  # mean distances of samples along the curve: with less noise balls may miss parts of it
 CLEAN = 0.2  # mean distances of samples along the curve: less noise makes no difference
 NEAREST = 6  # balls asked for a strip
 SPREAD = 5  # balls whose median is the local scale
@@ -133,15 +134,15 @@ def small_triangles(
     most_area, most_edge = _limits(mesh, balls, lengths, area, spacing, smallness)
     short_edges = longest <= most_edge
     small_area = (area <= most_area) & (longest <= SLENDER * most_edge)
-    half = HALF_STRIP * np.maximum(balls.sigma, CLEAN * thinning / np.maximum(balls.density, 1e-300))
-    enclosed = _enclosed(mesh.points, mesh.triangles, balls, half, longest <= gap)
+    strips = _Strips.of(balls, thinning)
+    enclosed = _enclosed(mesh.points, mesh.triangles, strips, longest <= gap)
     chance = HOLE * log_n * spacing**2
     accepted = fill_holes(mesh, short_edges | small_area | enclosed, chance)
     accepted = _without_islands(mesh, accepted, area, np.where(most_edge < gap, 0.0, chance))
     # Where samples are so dense that no gap is longer than a short edge there is nothing to bridge.
     sparse = most_edge < gap
     short, gap = np.where(sparse, most_edge, 0.0), np.where(sparse, gap, 0.0)
-    bridges = _bridges(mesh, accepted, lengths, short, gap, balls, half)
+    bridges = _bridges(mesh, accepted, lengths, short, gap, strips)
     return SmallTriangles(enclosed, small_area, short_edges, accepted, bridges, float(np.median(spacing)))
 
 
@@ -182,26 +183,51 @@ def _typical(mesh: Triangulation, balls: Balls, f_d: float) -> Bools:
     return inside if inside.any() else np.ones(len(inside), np.bool_)
 
 
-def _enclosed(points: Floats, shapes: Ints, balls: Balls, half: Floats, asked: Bools) -> Bools:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Strips:
+    """Strips along the balls that were found: arrays of length B.
+
+    Attributes
+    ----------
+    centre, way : (B, 2) arrays
+    radius, half : (B,) arrays
+        Half of the length and of the width.
+    far : (B,) array of bool
+        Whether the strip goes on, bent, to where the next one's begins: without noise optimal balls are
+        so small that they leave most of the curve out.
+    """
+
+    centre: Floats
+    way: Floats
+    radius: Floats
+    half: Floats
+    far: Bools
+
+    @classmethod
+    def of(cls, balls: Balls, thinning: float) -> _Strips:
+        found = balls.found
+        sigma, along = balls.sigma[found], thinning / balls.density[found]
+        half = HALF_STRIP * np.maximum(sigma, CLEAN * along)
+        centre, way = balls.centre[found][:, :2], balls.direction[found][:, :2]
+        return cls(centre, way, balls.radius[found], half, sigma < FAR * along)
+
+
+def _enclosed(points: Floats, shapes: Ints, strips: _Strips, asked: Bools) -> Bools:
     """Which of the asked triangles or edges (rows of vertices) lie within one ball's strip."""
     rows = np.flatnonzero(asked)
     corners = points[shapes[rows]]
-    found = np.flatnonzero(balls.found)
-    centre, way = balls.centre[found][:, :2], balls.direction[found][:, :2]
-    radius, half = balls.radius[found], half[found]
-    _, near = cKDTree(centre).query(corners.mean(axis=1), min(NEAREST, len(found)))
-    near = np.asarray(near).reshape(len(rows), min(NEAREST, len(found)))
+    count = min(NEAREST, len(strips.centre))
+    near = np.asarray(cKDTree(strips.centre).query(corners.mean(axis=1), count)[1]).reshape(len(rows), count)
     # A strip ends where its samples do; a gap begins there.
     more = 0.5 * np.linalg.norm(np.ptp(corners, axis=1), axis=1)
     inside = np.zeros(len(rows), np.bool_)
-    for ball in near.T:
-        off = corners - centre[ball][:, None, :]
-        along = np.einsum("mkc,mc->mk", off, way[ball])
-        across = off[..., 0] * way[ball][:, None, 1] - off[..., 1] * way[ball][:, None, 0]
-        inside |= np.all(
-            (np.abs(along) <= (radius[ball] + more)[:, None]) & (np.abs(across) <= half[ball][:, None]),
-            axis=1,
-        )
+    for k, ball in enumerate(near.T):
+        off, way, radius = corners - strips.centre[ball][:, None], strips.way[ball], strips.radius[ball]
+        along = np.abs(np.einsum("mkc,mc->mk", off, way))
+        across = np.abs(off[..., 0] * way[:, None, 1] - off[..., 1] * way[:, None, 0])
+        bend = np.where(strips.far[ball] & (k == 0), 1.0, 0.0)[:, None] * (along / radius[:, None]) ** 2
+        reaches = (along <= (radius + more)[:, None]) | (bend > 0.0)
+        inside |= np.all(reaches & (across <= strips.half[ball][:, None] * np.maximum(bend, 1.0)), axis=1)
     out = np.zeros(len(shapes), np.bool_)
     out[rows[inside]] = True
     return out
@@ -213,8 +239,7 @@ def _bridges(
     lengths: Floats,
     most_edge: Floats,
     gap: Floats,
-    balls: Balls,
-    half: Floats,
+    strips: _Strips,
 ) -> Ints:
     """Edges without an accepted triangle that are short, or bridge a gap along a strip."""
     t = mesh.triangles
@@ -224,5 +249,5 @@ def _bridges(
     length = lengths.T.ravel()
     short = bare & (length <= np.tile(most_edge, 3))
     asked = bare & ~short & (length <= np.tile(gap, 3))
-    kept = short | _enclosed(mesh.points, edge, balls, half, asked)
+    kept = short | _enclosed(mesh.points, edge, strips, asked)
     return np.unique(np.sort(edge[kept], axis=1), axis=0)

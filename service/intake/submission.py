@@ -131,7 +131,8 @@ def _invalid(error: ValidationError, queried: set[Place], loc: Place) -> IntakeE
     items: list[ErrorItem] = []
     for item in found:
         place = item["loc"]
-        where = ("query", *place[-1:]) if place[:2] in queried else (*loc, *place)
+        name = place[0] if place[:1] == ("include",) else place[-1] if place else ""
+        where = ("query", name) if place[:2] in queried else (*loc, *place)
         items.append({"loc": list(where), "msg": item["msg"], "type": item["type"]})
     member = str(found[0]["loc"][0]) if found[0]["loc"] else ""
     return refuse(_KINDS.get(member, "invalid-input"), _sentence(items), errors=items)

@@ -10,7 +10,7 @@ from service.render.documents import document, dump_json
 from service.render.encoders import encode
 from service.render.forms import FORMS, negotiate
 from service.render.geojson import feature_collection
-from service.render.scenes import scene
+from service.render.pictures import scene
 
 __all__ = [
     "FORMS",

@@ -6,6 +6,7 @@ each number. Numbers that are not finite become ``null``.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import singledispatch
 from typing import Any
 
@@ -13,9 +14,23 @@ import numpy as np
 import orjson
 from numpy.typing import ArrayLike, NDArray
 
-from core.results import Curve, Frame, Partition, Reconstruction, Sampling, Stages, Warn
+from core.results import (
+    Ball,
+    Containment,
+    Curve,
+    Delaunay,
+    Frame,
+    Graph,
+    Partition,
+    Reconstruction,
+    Sampling,
+    SkeletonStages,
+    Stages,
+    TapePolygon,
+    Warn,
+)
 
-__all__ = ["document", "dump_json", "floats"]
+__all__ = ["document", "dump_json", "floats", "multipolygon"]
 
 Document = dict[str, Any]
 
@@ -34,6 +49,10 @@ def dump_json(value: object) -> bytes:
 def floats(values: ArrayLike) -> NDArray[np.float64]:
     """Lay numbers out as ``orjson`` wants them: C-contiguous and in native byte order."""
     return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _booleans(values: ArrayLike) -> NDArray[np.bool_]:
+    return np.ascontiguousarray(values, dtype=np.bool_)
 
 
 def _integers(values: ArrayLike) -> NDArray[np.int64]:
@@ -75,7 +94,61 @@ def _(result: Reconstruction) -> Document:
         "sampling": _sampling(result.sampling),
         "frames": [_frame(frame) for frame in result.frames],
         "warnings": [_warning(warning) for warning in result.warnings],
+        **_skeleton(result),
         **stages,
+    }
+
+
+def _skeleton(result: Reconstruction) -> Document:
+    """What only the skeleton method finds; of samples that have no tape, nothing of each."""
+    if result.tape is None:
+        return {}
+    return {
+        "tape": multipolygon(result.tape),
+        "tape_components": [polygon.component for polygon in result.tape],
+        "containment": None if result.containment is None else _containment(result.containment),
+        "graph": _graph(result.graph or Graph((), ())),
+    }
+
+
+def multipolygon(tape: Iterable[TapePolygon]) -> Document:
+    """Return the GeoJSON geometry of polygons, whose rings repeat their first position."""
+    rings = [[_ring(loop) for loop in (polygon.outer, *polygon.holes)] for polygon in tape]
+    return {"type": "MultiPolygon", "coordinates": rings}
+
+
+def _ring(loop: NDArray[np.float64]) -> NDArray[np.float64]:
+    return floats(np.concatenate([loop, loop[:1]]))
+
+
+def _containment(containment: Containment) -> Document:
+    return {
+        "covered": containment.covered,
+        "passes": containment.passes,
+        "samples_inside": containment.samples_inside,
+    }
+
+
+def _graph(graph: Graph) -> Document:
+    return {
+        "nodes": [
+            {
+                "location": floats(node.location),
+                "radius": node.radius,
+                "degree": node.degree,
+                "component": node.component,
+            }
+            for node in graph.nodes
+        ],
+        "edges": [
+            {
+                "nodes": edge.nodes,
+                "vertices": floats(edge.vertices),
+                "widths": floats(edge.widths),
+                "length": edge.length,
+            }
+            for edge in graph.edges
+        ],
     }
 
 
@@ -119,19 +192,36 @@ def _frame(frame: Frame) -> Document:
     }
 
 
-def _stages(stages: Stages) -> Document:
+def _stages(stages: Stages | SkeletonStages) -> Document:
+    balls = [_ball(ball) for ball in stages.balls]
+    if isinstance(stages, Stages):
+        return {"balls": balls, "march": [floats(vertices) for vertices in stages.march]}
     return {
-        "balls": [
-            {
-                "centre": floats(ball.centre),
-                "radius": ball.radius,
-                "direction": floats(ball.direction),
-                "samples": ball.samples,
-                "component": ball.component,
-            }
-            for ball in stages.balls
-        ],
-        "march": [floats(vertices) for vertices in stages.march],
+        "balls": balls,
+        "delaunay": _delaunay(stages.delaunay),
+        "border": [floats(loop) for loop in stages.border],
+        "voronoi": floats(stages.voronoi),
+    }
+
+
+def _ball(ball: Ball) -> Document:
+    return {
+        "centre": floats(ball.centre),
+        "radius": ball.radius,
+        "direction": floats(ball.direction),
+        "samples": ball.samples,
+        "component": ball.component,
+    }
+
+
+def _delaunay(delaunay: Delaunay) -> Document:
+    return {
+        "triangles": _integers(delaunay.triangles),
+        "enclosed": _booleans(delaunay.enclosed),
+        "small_area": _booleans(delaunay.small_area),
+        "short_edges": _booleans(delaunay.short_edges),
+        "accepted": _booleans(delaunay.accepted),
+        "bridges": _integers(delaunay.bridges),
     }
 
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from service.render.csv import table
 from service.render.documents import document, dump_json
 from service.render.geojson import feature_collection
+from service.render.pictures import scene
 from service.render.png import draw_png
-from service.render.scenes import scene
 from service.render.svg import draw_svg
 
 __all__ = ["encode"]

@@ -4,18 +4,23 @@ A closed curve is a ``LineString`` whose last position repeats the first, with
 the property ``closed``, and not a ``Polygon``: the result is a curve and not
 the region inside it, curves may be nested, and a figure-8 bounds no valid
 polygon.
+
+The property ``kind`` says what a feature is, and no two kinds share a type of
+geometry: whoever takes every ``LineString`` for a curve and every ``Point`` for
+a crossing is right whatever the method.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import singledispatch
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from core.results import Curve, Partition, Reconstruction
-from service.render.documents import floats
+from core.results import Crossing, Curve, Graph, GraphEdge, GraphNode, Partition, Reconstruction, TapePolygon
+from service.render.documents import floats, multipolygon
 
 __all__ = ["feature_collection"]
 
@@ -47,13 +52,17 @@ def _(result: Partition, points: Floats | None = None) -> Feature:
 
 @feature_collection.register
 def _(result: Reconstruction, points: Floats | None = None) -> Feature:  # noqa: ARG001 # curves say it all
-    """One LineString a curve, and one Point a crossing."""
-    curves = [_curve(number, curve) for number, curve in enumerate(result.curves)]
-    crossings = [
-        _feature("Point", floats(crossing.location), {"curves": crossing.curves, "angle": crossing.angle})
-        for crossing in result.crossings
-    ]
-    return _collection(curves + crossings)
+    """One LineString a curve, one Point a crossing; then the tape and the graph of a skeleton, if any."""
+    graph = result.graph or Graph((), ())
+    return _collection(
+        [
+            *[_curve(number, curve) for number, curve in enumerate(result.curves)],
+            *[_crossing(crossing) for crossing in result.crossings],
+            *_tape(result.tape or ()),
+            *[_node(number, node) for number, node in enumerate(graph.nodes)],
+            *[_edge(number, edge) for number, edge in enumerate(graph.edges)],
+        ]
+    )
 
 
 def _curve(number: int, curve: Curve) -> Feature:
@@ -61,6 +70,7 @@ def _curve(number: int, curve: Curve) -> Feature:
     if curve.closed or len(vertices) == 1:  # a LineString has at least two positions
         vertices = np.vstack([vertices, vertices[:1]])
     properties = {
+        "kind": "curve",
         "curve": number,
         "component": curve.component,
         "closed": curve.closed,
@@ -71,7 +81,49 @@ def _curve(number: int, curve: Curve) -> Feature:
     return _feature("LineString", vertices, properties)
 
 
-def _feature(kind: str, coordinates: Floats, properties: dict[str, Any]) -> Feature:
+def _crossing(crossing: Crossing) -> Feature:
+    properties = {"kind": "crossing", "curves": crossing.curves, "angle": crossing.angle}
+    return _feature("Point", floats(crossing.location), properties)
+
+
+def _tape(tape: Iterable[TapePolygon]) -> list[Feature]:
+    """One MultiPolygon a component."""
+    components: dict[int, list[TapePolygon]] = {}
+    for polygon in tape:
+        components.setdefault(polygon.component, []).append(polygon)
+    return [
+        _feature(
+            "MultiPolygon",
+            multipolygon(polygons)["coordinates"],
+            {"kind": "tape", "component": component},
+        )
+        for component, polygons in components.items()
+    ]
+
+
+def _node(number: int, node: GraphNode) -> Feature:
+    properties = {
+        "kind": "node",
+        "node": number,
+        "component": node.component,
+        "radius": node.radius,
+        "degree": node.degree,
+    }
+    return _feature("MultiPoint", [floats(node.location)], properties)
+
+
+def _edge(number: int, edge: GraphEdge) -> Feature:
+    properties = {
+        "kind": "edge",
+        "edge": number,
+        "nodes": edge.nodes,
+        "length": edge.length,
+        "widths": floats(edge.widths),
+    }
+    return _feature("MultiLineString", [floats(edge.vertices)], properties)
+
+
+def _feature(kind: str, coordinates: object, properties: dict[str, Any]) -> Feature:
     return {
         "type": "Feature",
         "geometry": {"type": kind, "coordinates": coordinates},

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from html import escape
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.render.scenes import Circle, Dots, Path, Scene
+from service.render.scenes import Area, Circle, Dots, Marks, Path, Scene, Segments, Sheet
 
 __all__ = ["MAX_DOTS", "draw_svg"]
 
@@ -15,19 +18,26 @@ MAX_DOTS = 20_000
 """More dots than this are thinned out: a picture of a million weighs 15 MB and shows no more."""
 
 Floats = NDArray[np.float64]
-_LONG_SIDE = 800.0
+_LONG_SIDE, _PANEL_SIDE = 800.0, 400.0
+_FINE = 0.6  # width of a panel's pen
 _MARGIN = 16.0
+_HEAD, _LEAST_WIDTH = 44.0, 360.0  # room for a panel's title and key
 _DASHES = ("", "8 3", "2 3", "8 3 2 3")
+_FONT = 'font-family="system-ui, sans-serif"'
 
 
-class _Sheet:
-    """Maps the scene's coordinates, y up, to those of the sheet, y down, with equal scales."""
+class _Paper:
+    """Maps the scene's coordinates, y up, to those of the paper, y down, with equal scales.
 
-    def __init__(self, scene: Scene) -> None:
-        self.low, high = scene.bounds()
+    ``pen`` is what widths are multiplied by.
+    """
+
+    def __init__(self, bounds: tuple[Floats, Floats], long_side: float, pen: float) -> None:
+        self.pen = pen
+        self.low, high = bounds
         extent = high - self.low
         longest = float(extent.max())
-        self.scale = (_LONG_SIDE - 2 * _MARGIN) / longest if longest > 0 else 1.0
+        self.scale = (long_side - 2 * _MARGIN) / longest if longest > 0 else 1.0
         self.width, self.height = (np.maximum(extent * self.scale, 1.0) + 2 * _MARGIN).tolist()
         self.box = (*self.low.tolist(), *high.tolist())
 
@@ -37,71 +47,160 @@ class _Sheet:
         return at
 
 
-def draw_svg(scene: Scene) -> bytes:
-    """Draw a scene as an SVG document (UTF-8)."""
-    sheet = _Sheet(scene)
-    total = sum(len(group.points) for group in scene.dots)
-    lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {sheet.width:.2f} {sheet.height:.2f}"'
-        f' width="{sheet.width:.0f}" height="{sheet.height:.0f}" role="img">',
-        f"<title>{escape(scene.title)}</title>",
-        f"<desc>{escape(_description(scene, sheet, total))}</desc>",
+def draw_svg(picture: Scene | Sheet) -> bytes:
+    """Draw a scene, or a sheet of scenes, as an SVG document (UTF-8)."""
+    if isinstance(picture, Sheet):
+        return _document(*_sheet(picture))
+    paper = _Paper(picture.bounds(), _LONG_SIDE, 1.0)
+    about = _description(picture, paper)
+    return _document(picture.title, about, paper.width, paper.height, _shapes(picture, paper, MAX_DOTS))
+
+
+def _document(title: str, about: str, width: float, height: float, lines: Iterator[str]) -> bytes:
+    head = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.2f} {height:.2f}"'
+        f' width="{width:.0f}" height="{height:.0f}" role="img">',
+        f"<title>{escape(title)}</title>",
+        f"<desc>{escape(about)}</desc>",
         '<rect width="100%" height="100%" fill="#ffffff"/>',
     ]
-    share = min(1.0, MAX_DOTS / total) if total else 1.0
-    lines += [_dots(group, sheet, share) for group in scene.dots]
-    if scene.circles:
-        lines += _circles(scene.circles, sheet)
-    lines += [_path(path, sheet) for path in scene.paths]
-    return "\n".join([*lines, "</svg>", ""]).encode()
+    return "\n".join([*head, *lines, "</svg>", ""]).encode()
 
 
-def _description(scene: Scene, sheet: _Sheet, total: int) -> str:
-    x0, y0, x1, y1 = sheet.box
-    text = f"x from {x0:.6g} to {x1:.6g}, y from {y0:.6g} to {y1:.6g}"
-    if scene.unit != 1.0:
-        text += f", in units of {scene.unit:.6g}"
-    text += f"; {len(scene.paths)} curves, {total} points"
+def _description(scene: Scene, paper: _Paper) -> str:
+    total = _count(scene)
+    text = f"{_extent(scene, paper)}; {len(scene.paths)} curves, {total} points"
     if total > MAX_DOTS:
         text += f", of which about {MAX_DOTS} are drawn, chosen at random with a fixed seed"
     return text + "."
 
 
-def _dots(group: Dots, sheet: _Sheet, share: float) -> str:
+def _extent(scene: Scene, paper: _Paper) -> str:
+    x0, y0, x1, y1 = paper.box
+    text = f"x from {x0:.6g} to {x1:.6g}, y from {y0:.6g} to {y1:.6g}"
+    return text if scene.unit == 1.0 else f"{text}, in units of {scene.unit:.6g}"
+
+
+def _count(scene: Scene) -> int:
+    return sum(len(group.points) for group in scene.dots)
+
+
+# --- sheets -----------------------------------------------------------------------------------------
+
+
+def _sheet(sheet: Sheet) -> tuple[str, str, float, float, Iterator[str]]:
+    """Lay the panels out in rows, read like a text."""
+    paper = _Paper(sheet.bounds(), _PANEL_SIDE, _FINE)
+    columns = sheet.columns
+    rows = math.ceil(len(sheet.panels) / columns)
+    width, height = max(paper.width, _LEAST_WIDTH), paper.height + _HEAD
+    corners = [(width * (k % columns), height * (k // columns)) for k in range(len(sheet.panels))]
+    about = _extent(next(iter(sheet.panels.values())), paper) + " in each of the pictures."
+    return sheet.title, about, width * columns, height * rows, _panels(sheet, paper, width, corners)
+
+
+def _panels(sheet: Sheet, paper: _Paper, width: float, corners: list[tuple[float, float]]) -> Iterator[str]:
+    """Draw each panel under its title, with a view of its own: ``sheet.svg#name`` shows it alone."""
+    for (name, scene), (x, y) in zip(sheet.panels.items(), corners, strict=True):
+        box = f"{x:.2f} {y:.2f} {width:.2f} {paper.height + _HEAD:.2f}"
+        yield f'<view id="{name}" viewBox="{box}"/>'
+        yield f'<g class="panel" transform="translate({x:.2f} {y:.2f})">'
+        yield f'<text x="{_MARGIN}" y="20" {_FONT} font-size="14">{escape(scene.title)}</text>'
+        yield _key(scene)
+        yield f'<svg y="{_HEAD}" width="{paper.width:.2f}" height="{paper.height:.2f}">'
+        yield from _shapes(scene, paper, MAX_DOTS // 2)
+        yield "</svg></g>"
+
+
+def _key(scene: Scene) -> str:
+    words = "".join(
+        f'<tspan fill="{colour}">■</tspan> {escape(name)} ' for name, colour in scene.key().items()
+    )
+    return f'<text x="{_MARGIN}" y="38" {_FONT} font-size="11">{words}</text>' if words else ""
+
+
+# --- shapes -----------------------------------------------------------------------------------------
+
+
+def _shapes(scene: Scene, paper: _Paper, most_dots: int) -> Iterator[str]:
+    """Draw the shapes of a scene, the lowest first."""
+    total = _count(scene)
+    share = min(1.0, most_dots / total) if total else 1.0
+    yield from (_area(area, paper) for area in scene.areas)
+    yield from (_segments(group, paper) for group in scene.segments)
+    yield from (_dots(group, paper, share) for group in scene.dots)
+    if scene.circles:
+        yield from _circles(scene.circles, paper)
+    yield from (_path(path, paper) for path in scene.paths)
+    yield from (_marks(group, paper) for group in scene.marks)
+
+
+def _area(area: Area, paper: _Paper) -> str:
+    places = paper.place(np.concatenate(area.rings)).tolist()
+    starts = np.cumsum([0, *map(len, area.rings)])
+    rings = [" ".join(f"{x:.1f} {y:.1f}" for x, y in places[start:end]) for start, end in pairwise(starts)]
+    return (
+        f'<path class="area" d="{"".join(f"M{ring}Z" for ring in rings)}" fill="{area.colour}"'
+        f' fill-rule="evenodd" stroke="{area.line}" stroke-width="{0.8 * paper.pen:g}"'
+        ' stroke-linejoin="round">'
+        f"<title>{escape(area.name)}</title></path>"
+    )
+
+
+def _segments(group: Segments, paper: _Paper) -> str:
+    ends = paper.place(group.ends.reshape(-1, 2)).reshape(-1, 4).tolist()
+    lines = "".join(f"M{x:.1f} {y:.1f} {u:.1f} {v:.1f}" for x, y, u, v in ends)
+    return (
+        f'<path class="segments" d="{lines}" stroke="{group.colour}" stroke-width="{paper.pen:g}"'
+        ' fill="none"/>'
+    )
+
+
+def _dots(group: Dots, paper: _Paper, share: float) -> str:
     """Draw dots as the round caps of lines without length: a third of the bytes of circles."""
     points = group.points
     if share < 1.0:
         count = max(1, round(share * len(points)))
         kept = np.random.default_rng(0).choice(len(points), count, replace=False, shuffle=False)
         points = points[np.sort(kept)]
-    marks = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in sheet.place(points).tolist())
-    size = 3.0 if len(points) <= 2000 else 1.8
+    marks = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in paper.place(points).tolist())
+    size = (3.0 if len(points) <= 2000 else 1.8) * paper.pen
     return (
-        f'<path class="dots" d="{marks}" stroke="{group.colour}" stroke-width="{size}"'
+        f'<path class="dots" d="{marks}" stroke="{group.colour}" stroke-width="{size:g}"'
         ' stroke-linecap="round" fill="none"/>'
     )
 
 
-def _circles(circles: tuple[Circle, ...], sheet: _Sheet) -> list[str]:
-    centres = sheet.place(np.array([[circle.x, circle.y] for circle in circles])).tolist()
+def _circles(circles: tuple[Circle, ...], paper: _Paper) -> list[str]:
+    centres = paper.place(np.array([[circle.x, circle.y] for circle in circles])).tolist()
     shapes = [
-        f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{circle.radius * sheet.scale:.2f}"/>'
+        f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{circle.radius * paper.scale:.2f}"/>'
         for circle, (x, y) in zip(circles, centres, strict=True)
     ]
     return [
-        '<g class="balls" fill="none" stroke="#6F6F6F" stroke-width="0.8" opacity="0.7">',
+        f'<g class="balls" fill="none" stroke="#6F6F6F" stroke-width="{0.8 * paper.pen:g}" opacity="0.7">',
         *shapes,
         "</g>",
     ]
 
 
-def _path(path: Path, sheet: _Sheet) -> str:
-    places = " ".join(f"{x:.2f} {y:.2f}" for x, y in sheet.place(path.vertices).tolist())
+def _path(path: Path, paper: _Paper) -> str:
+    places = " ".join(f"{x:.2f} {y:.2f}" for x, y in paper.place(path.vertices).tolist())
     steps = f"M{places}{'Z' if path.closed else ''}" if places else ""
     dashes = _DASHES[path.turn % len(_DASHES)]
     dashing = f' stroke-dasharray="{dashes}"' if dashes else ""
     return (
-        f'<path class="curve" d="{steps}" fill="none" stroke="{path.colour}" stroke-width="2"'
-        f' stroke-linejoin="round" stroke-linecap="round"{dashing}>'
+        f'<path class="curve" d="{steps}" fill="none" stroke="{path.colour}"'
+        f' stroke-width="{2 * paper.pen:g}" stroke-linejoin="round" stroke-linecap="round"{dashing}>'
         f"<title>{escape(path.name)}</title></path>"
+    )
+
+
+def _marks(group: Marks, paper: _Paper) -> str:
+    """Draw rings: a larger dot, and a white one on it."""
+    places = "".join(f"M{x:.2f} {y:.2f}h0" for x, y in paper.place(group.points).tolist())
+    return "".join(
+        f'<path class="mark" d="{places}" stroke="{colour}" stroke-width="{size * paper.pen:g}"'
+        ' stroke-linecap="round" fill="none"/>'
+        for colour, size in ((group.colour, 8.0), ("#FFFFFF", 5.0))
     )

@@ -50,6 +50,7 @@ class Pool:
         self._free = free
         self._idle = idle
         self._warm = 0
+        self._taking = 0  # counted here: the stream counts a call only after it has let others run
         self._first_warm = anyio.Event()
         self._mean_seconds = 1.0
         self.ready = False
@@ -62,7 +63,7 @@ class Pool:
     @property
     def waiting(self) -> int:
         """Number of calls that wait for a worker."""
-        return self._idle.statistics().tasks_waiting_receive
+        return max(self._taking - self._idle.statistics().current_buffer_used, 0)
 
     async def run(self, function: str, *arguments: object, started: anyio.Event | None = None) -> Any:
         """Call ``module:name`` with arguments in a worker.
@@ -82,7 +83,7 @@ class Pool:
         TaskFailed
             When the function raised.
         """
-        if self.waiting >= self._options.queue_length and not self._idle.statistics().current_buffer_used:
+        if self._taking >= self._options.queue_length + self._idle.statistics().current_buffer_used:
             raise QueueFull("as many requests wait as may wait; try again later", self._retry_after())
         worker: Worker | None = None
         deadline = anyio.current_time() + self._options.deadline_seconds
@@ -100,10 +101,14 @@ class Pool:
         raise self._late(worker)
 
     async def _take(self) -> Worker:
-        worker = await self._idle.receive()
-        while not worker.alive:  # it died while it waited
+        self._taking += 1
+        try:
             worker = await self._idle.receive()
-        return worker
+            while not worker.alive:  # it died while it waited
+                worker = await self._idle.receive()
+            return worker
+        finally:
+            self._taking -= 1
 
     async def _call(
         self, worker: Worker, deadline: float, function: str, arguments: tuple[object, ...]

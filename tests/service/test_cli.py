@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 import shapely
 
-from core.parameters import PcaParameters
-from service.answers import PartitionAnswer, ReconstructionAnswer
+from core.parameters import PcaParameters, SkeletonParameters
+from service.answers import PartitionAnswer, PcaAnswer, SkeletonAnswer
 from service.cli import main
 from service.settings import Settings
 
@@ -77,11 +77,31 @@ def test_the_version_is_told(run: Run) -> None:
     assert re.fullmatch(rb"tapeline \d\S*\s+", output)
 
 
-@pytest.mark.parametrize(("command", "model"), [("reconstruct", PcaParameters), ("serve", Settings)])
+@pytest.mark.parametrize(
+    ("command", "model"),
+    [("reconstruct", PcaParameters), ("reconstruct", SkeletonParameters), ("serve", Settings)],
+)
 def test_every_parameter_and_every_setting_is_an_option(run: Run, command: str, model: Any) -> None:
     _, output, _ = run(command, "--help")
     options = set(re.findall(r"--[a-z][a-z-]*", output.decode()))
     assert {f"--{name.replace('_', '-')}" for name in model.model_fields} <= options
+
+
+def test_a_command_with_several_methods_says_what_each_does(run: Run) -> None:
+    assert "by the PCA march or tape polygon" in " ".join(run("--help")[1].decode().split())
+    text = run("reconstruct", "--help")[1].decode()
+    groups = text.split("parameters")[-3:]
+    assert "--vertex-spacing" in groups[0]
+    assert "--max-uses" in groups[1]
+    assert "--crossings" in groups[2]
+    assert all(f"--method {method}: " in text for method in ("pca", "skeleton"))
+
+
+def test_defaults_are_told(run: Run) -> None:
+    text = " ".join(run("reconstruct", "--help")[1].decode().split())
+    for field in SkeletonParameters.model_fields.values():
+        if field.default is not None:
+            assert f"Default: {str(field.default).lower()}." in text
 
 
 def test_help_imports_nothing_heavy() -> None:
@@ -142,7 +162,7 @@ def test_what_cannot_be_drawn_is_refused(run: Run, arguments: list[str], names: 
 def test_a_circle_is_reconstructed(run: Run, circle: Path) -> None:
     status, output, _ = run("reconstruct", circle)
     assert status == 0
-    answer = ReconstructionAnswer.model_validate_json(output)
+    answer = PcaAnswer.model_validate_json(output)
     (curve,) = answer.curves
     assert curve.closed
     radii = np.linalg.norm(np.array(curve.vertices) - np.mean(curve.vertices, axis=0), axis=1)
@@ -206,12 +226,41 @@ def test_options_are_the_parameters(run: Run, circle: Path) -> None:
 
 def test_switches_are_parameters_too(run: Run, circle: Path) -> None:
     refined, raw = (
-        ReconstructionAnswer.model_validate_json(run("reconstruct", circle, switch, "--include", "stages")[1])
+        PcaAnswer.model_validate_json(run("reconstruct", circle, switch, "--include", "stages")[1])
         for switch in ("--refine", "--no-refine")
     )
     assert refined.stages is not None
     assert refined.stages.balls
     assert refined.curves[0].vertices != raw.curves[0].vertices
+
+
+def test_the_method_can_be_chosen(run: Run, tmp_path: Path) -> None:
+    points = tmp_path / "eight.csv"
+    assert run("examples", "figure_8", "-o", points)[0] == 0
+    counts = {}
+    for mode in ("through", "split"):
+        status, output, _ = run("reconstruct", points, "--method", "skeleton", "--crossings", mode)
+        assert status == 0
+        counts[mode] = len(SkeletonAnswer.model_validate_json(output).curves)
+    assert counts == {"through": 1, "split": 2}
+
+
+def test_the_stages_are_drawn(run: Run, circle: Path, tmp_path: Path) -> None:
+    options = ["--method", "skeleton", "--include", "stages"]
+    assert run("reconstruct", circle, *options, "-o", tmp_path / "a.svg")[0] == 0
+    assert (tmp_path / "a.svg").read_text().count('class="panel"') == 8
+
+
+@pytest.mark.parametrize(
+    ("options", "method"),
+    [(["--crossings", "split"], "skeleton"), (["--method", "skeleton", "--no-planar"], "pca")],
+)
+def test_a_parameter_of_another_method_is_refused(
+    run: Run, circle: Path, options: list[str], method: str
+) -> None:
+    status, output, complaint = run("reconstruct", circle, *options)
+    assert (status, output) == (2, b"")
+    assert f"--method {method}" in one_line(complaint)
 
 
 @pytest.mark.parametrize(

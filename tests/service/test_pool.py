@@ -166,6 +166,25 @@ def test_no_more_calls_wait_than_may() -> None:
     in_pool(scenario, queue_length=2)
 
 
+def test_calls_that_come_at_once_are_counted_too() -> None:
+    async def scenario(pool: Pool) -> None:
+        await until(lambda: pool.warm == 2)
+        refused = []
+
+        async def call() -> None:
+            try:
+                await pool.run("calls:busy", 0.3)
+            except QueueFull as error:
+                refused.append(error)
+
+        async with anyio.create_task_group() as group:
+            for _ in range(10):  # two work, three wait
+                group.start_soon(call)
+        assert len(refused) == 5
+
+    in_pool(scenario, workers=2, queue_length=3)
+
+
 def test_without_a_queue_free_workers_still_take_calls() -> None:
     async def scenario(pool: Pool) -> None:
         await until(lambda: pool.warm == 1)

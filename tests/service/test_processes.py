@@ -4,18 +4,29 @@ from __future__ import annotations
 
 import gzip
 import io
+import json
+from collections.abc import Callable
 from typing import Any
 
 import httpx
 import numpy as np
 import pytest
+import shapely
 from expect import is_problem
 
 from core.errors import DegenerateInput
-from core.methods import pca
-from core.parameters import PcaParameters
+from core.methods import pca, skeleton
+from core.results import Reconstruction
+from service.answers import SkeletonAnswer
 from service.processes import PROCESSES, Process, process
 from service.render import FORMS
+
+METHODS = [row for row in PROCESSES if row.id.startswith("reconstruct-")]
+each_method = pytest.mark.parametrize("row", METHODS, ids=lambda row: row.id)
+SKELETON = "/reconstruct/skeleton"
+
+
+NPY = "application/x-npy"
 
 
 @pytest.fixture(scope="module")
@@ -74,10 +85,13 @@ def test_the_documented_example_works(client: httpx.Client, row: Process) -> Non
         assert client.post(row.path, json=example["value"]).status_code == 200
 
 
-def test_the_answer_does_not_depend_on_the_form_of_the_body(client: httpx.Client, cloud: np.ndarray) -> None:
+@each_method
+def test_the_answer_does_not_depend_on_the_form_of_the_body(
+    client: httpx.Client, cloud: np.ndarray, row: Process
+) -> None:
     def answer(content: bytes, media_type: str, **headers: str) -> Any:
         sent = {"Content-Type": media_type, **headers}
-        response = client.post("/reconstruct/pca?refine=false", content=content, headers=sent)
+        response = client.post(f"{row.path}?refine=false", content=content, headers=sent)
         assert response.status_code == 200, response.text
         return response.json()
 
@@ -86,29 +100,43 @@ def test_the_answer_does_not_depend_on_the_form_of_the_body(client: httpx.Client
     assert answer(text(cloud, ","), "text/csv") == expected
     assert answer(text(cloud, " "), "text/plain") == expected
     assert answer(gzip.compress(npy(cloud)), "application/x-npy", **{"Content-Encoding": "gzip"}) == expected
-    as_json = client.post(
-        "/reconstruct/pca", json={"points": cloud.tolist(), "parameters": {"refine": False}}
-    )
+    as_json = client.post(row.path, json={"points": cloud.tolist(), "parameters": {"refine": False}})
     as_form = client.post(
-        "/reconstruct/pca",
+        row.path,
         files={"file": ("cloud.npy", npy(cloud))},
         data={"parameters": '{"refine": false}'},
     )
     assert as_json.json() == as_form.json() == expected
 
 
-def test_the_service_answers_what_the_library_does(client: httpx.Client, cloud: np.ndarray) -> None:
-    answer = client.post("/reconstruct/pca", json={"points": cloud.tolist()}).json()
-    own = pca(cloud, PcaParameters())
+@pytest.mark.parametrize("method", [pca, skeleton])
+def test_the_service_answers_what_the_library_does(
+    client: httpx.Client, cloud: np.ndarray, method: Callable[[np.ndarray], Reconstruction]
+) -> None:
+    own = method(cloud)
+    answer = client.post(f"/reconstruct/{own.method}", json={"points": cloud.tolist()}).json()
+    assert answer["method"] == own.method
     assert [curve["vertices"] for curve in answer["curves"]] == [c.vertices.tolist() for c in own.curves]
     assert answer["outliers"] == own.outliers.tolist()
 
 
-def test_stages_come_only_when_asked_for(client: httpx.Client, cloud: np.ndarray) -> None:
+@each_method
+def test_stages_come_only_when_asked_for(client: httpx.Client, cloud: np.ndarray, row: Process) -> None:
     body: dict[str, Any] = {"points": cloud.tolist()}
-    assert "stages" not in client.post("/reconstruct/pca", json=body).json()
-    asked = client.post("/reconstruct/pca", json=body | {"include": ["stages"]}).json()
-    assert asked["stages"]["balls"]
+    plain = client.post(row.path, json=body).json()
+    asked = client.post(row.path, json=body | {"include": ["stages"]}).json()
+    row.answer.model_validate(asked)
+    assert asked.pop("stages")["balls"]
+    assert asked == plain
+
+
+@each_method
+def test_what_cannot_be_included_is_refused(client: httpx.Client, cloud: np.ndarray, row: Process) -> None:
+    response = client.post(row.path, json={"points": cloud.tolist(), "include": ["hair"]})
+    document = is_problem(response, 422)
+    assert document["errors"][0]["loc"][:2] == ["body", "include"]
+    queried = client.post(f"{row.path}?include=hair", content=npy(cloud), headers={"Content-Type": NPY})
+    assert is_problem(queried, 422)["errors"][0]["loc"][:2] == ["query", "include"]
 
 
 @pytest.mark.parametrize(
@@ -122,8 +150,25 @@ def test_stages_come_only_when_asked_for(client: httpx.Client, cloud: np.ndarray
         [[k * 1e-320, 0.0] for k in range(50)],
         [[(-1) ** k * 1.7e308, (k % 3) * 8e307] for k in range(60)],
         [[1e15 + k % 7, 1e15 + k % 11] for k in range(200)],
+        [[float(k // 20), float(k % 20)] for k in range(400)],
+        [[float(k % 9), 0.0, 1.0] for k in range(90)],
+        [[float(k), 0.0] for k in range(40)] + [[0.0, float(k)] for k in range(40)],
+        [[0.0, 0.0]] * 200 + [[float(k), 0.001 * k * k] for k in range(200)],
     ],
-    ids=["one", "two", "same", "collinear", "huge", "tiny", "largest", "far"],
+    ids=[
+        "one",
+        "two",
+        "same",
+        "collinear",
+        "huge",
+        "tiny",
+        "largest",
+        "far",
+        "grid",
+        "line",
+        "angle",
+        "repeated",
+    ],
 )
 @pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
 def test_extreme_points_have_a_sound_answer_or_are_refused(
@@ -137,6 +182,124 @@ def test_extreme_points_have_a_sound_answer_or_are_refused(
         assert document["errors"]
 
 
-def test_points_that_determine_no_curve_are_told_so(client: httpx.Client) -> None:
-    response = client.post("/reconstruct/pca", json={"points": [[1.0, 1.0]] * 20})
+@each_method
+def test_points_that_determine_no_curve_are_told_so(client: httpx.Client, row: Process) -> None:
+    response = client.post(row.path, json={"points": [[1.0, 1.0]] * 20})
     is_problem(response, 422, DegenerateInput.kind)
+
+
+@each_method
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_points_that_are_not_finite_are_refused(
+    client: httpx.Client, cloud: np.ndarray, row: Process, value: float
+) -> None:
+    spoilt = cloud.copy()
+    spoilt[17, 1] = value
+    response = client.post(row.path, content=npy(spoilt), headers={"Content-Type": NPY})
+    document = is_problem(response, 422, "invalid-points")
+    assert document["errors"][0]["loc"] == ["body", "points", 17, 1]
+
+
+def out_of_range(row: Process) -> list[tuple[str, object]]:
+    """A wrong value for each parameter of a process, by what its schema says."""
+    wrong: list[tuple[str, object]] = [("depth", 1)]
+    for name, schema in row.parameters.model_json_schema()["properties"].items():
+        kind = next(one for one in schema.get("anyOf", [schema]) if one.get("type") != "null")
+        wrong.append((name, "no such thing"))
+        wrong += [(name, kind[limit]) for limit in ("exclusiveMinimum",) if limit in kind]
+        wrong += [(name, kind["minimum"] - 1)] if "minimum" in kind else []
+        wrong += [(name, kind["maximum"] + 1)] if "maximum" in kind else []
+    return wrong
+
+
+@pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
+def test_every_parameter_out_of_range_is_refused_where_it_is(client: httpx.Client, row: Process) -> None:
+    points = [[0.0, 0.0], [1.0, 0.0]]
+    for name, value in out_of_range(row):
+        response = client.post(row.path, json={"points": points, "parameters": {name: value}})
+        document = is_problem(response, 422, "invalid-parameter")
+        assert [item["loc"] for item in document["errors"]] == [["body", "parameters", name]]
+        queried = client.post(
+            row.path, params={name: value}, content=b"0,0\n1,0\n", headers={"Content-Type": "text/csv"}
+        )
+        document = is_problem(queried, 422, "invalid-parameter")
+        assert [item["loc"] for item in document["errors"]] == [["query", name]]
+
+
+# --- the tape polygon and its skeleton ----------------------------------------------------------------
+
+
+def drawn(client: httpx.Client, name: str) -> list[list[float]]:
+    points: list[list[float]] = client.get(f"/examples/{name}").json()["points"]
+    return points
+
+
+@pytest.fixture(scope="module")
+def eight(client: httpx.Client) -> list[list[float]]:
+    return drawn(client, "figure_8")
+
+
+def test_a_figure_8_is_read_in_every_legal_way(client: httpx.Client, eight: list[list[float]]) -> None:
+    counts = {}
+    for mode in ("through", "split", "waist", "graph"):
+        body = {"points": eight, "parameters": {"crossings": mode}}
+        answer = SkeletonAnswer.model_validate(client.post(SKELETON, json=body).json())
+        counts[mode] = len(answer.curves), len(answer.crossings)
+        assert all(curve.closed for curve in answer.curves) or mode == "graph"
+    assert counts == {"through": (1, 1), "split": (2, 0), "waist": (1, 0), "graph": (2, 0)}
+
+
+def test_the_tape_holds_the_samples_and_the_skeleton(client: httpx.Client, eight: list[list[float]]) -> None:
+    answer = client.post(SKELETON, json={"points": eight}).json()
+    tape = shapely.from_geojson(json.dumps(answer["tape"]))
+    assert tape.is_valid
+    assert shapely.get_num_interior_rings(shapely.get_parts(tape)).tolist() == [2]
+    assert answer["containment"]["covered"]
+    inside = shapely.contains_xy(tape, np.array(eight))
+    assert answer["containment"]["samples_inside"] == pytest.approx(inside.mean(), abs=0.002)
+    lines = [shapely.LineString(edge["vertices"]) for edge in answer["graph"]["edges"]]
+    assert tape.buffer(1e-9).covers(shapely.union_all(lines))
+
+
+def test_the_graph_hangs_together(client: httpx.Client, eight: list[list[float]]) -> None:
+    graph = client.post(SKELETON, json={"points": eight}).json()["graph"]
+    ends = [node for edge in graph["edges"] for node in edge["nodes"]]
+    assert [ends.count(k) for k in range(len(graph["nodes"]))] == [node["degree"] for node in graph["nodes"]]
+    for edge in graph["edges"]:
+        places = [graph["nodes"][k]["location"] for k in edge["nodes"]]
+        assert np.allclose([edge["vertices"][0], edge["vertices"][-1]], places)
+        assert len(edge["widths"]) == len(edge["vertices"])
+        assert edge["length"] == pytest.approx(shapely.LineString(edge["vertices"]).length)
+
+
+def test_the_triangles_are_those_of_the_samples(client: httpx.Client, eight: list[list[float]]) -> None:
+    stages = client.post(SKELETON, json={"points": eight, "include": ["stages"]}).json()["stages"]
+    delaunay = {name: np.array(values) for name, values in stages["delaunay"].items()}
+    corners = np.array(eight)[delaunay["triangles"]]
+    hull = shapely.MultiPoint(eight).convex_hull
+    assert shapely.area(shapely.polygons(corners)).sum() == pytest.approx(hull.area)
+    kept = delaunay["enclosed"] | delaunay["small_area"] | delaunay["short_edges"]
+    assert (kept <= delaunay["accepted"]).all()
+    assert not delaunay["accepted"].all()
+
+
+def test_curves_in_tilted_planes_have_tapes_there(client: httpx.Client) -> None:
+    body = {"points": drawn(client, "tilted"), "include": ["stages"]}
+    answer = client.post(SKELETON, json=body).json()
+    SkeletonAnswer.model_validate(answer)
+    (frame,) = answer["frames"]
+    ring = np.array(answer["tape"]["coordinates"][0][0])
+    assert ring.shape[1] == 3
+    off = np.abs((ring - frame["origin"]) @ frame["axes"][2])
+    assert off.max() < 1e-6 * np.ptp(ring, axis=0).max()
+    assert {len(place) for edge in answer["stages"]["voronoi"] for place in edge} == {3}
+
+
+@pytest.mark.parametrize("form", ["svg", "png", "geojson", "csv"])
+@pytest.mark.parametrize("name", ["figure_8", "tilted"])
+def test_stages_can_be_had_in_every_form(client: httpx.Client, name: str, form: str) -> None:
+    body = {"points": drawn(client, name), "include": ["stages"]}
+    response = client.post(f"{SKELETON}?format={form}", json=body)
+    assert response.status_code == 200
+    plain = client.post(f"{SKELETON}?format={form}", json={"points": body["points"]})
+    assert (response.content == plain.content) == (form in {"geojson", "csv"})

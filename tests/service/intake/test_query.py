@@ -65,7 +65,7 @@ def test_include_may_be_repeated_and_listed() -> None:
 
 def test_an_unknown_name_in_include_is_refused() -> None:
     error = refusal(ROWS, CSV, query={"include": "everything"})
-    assert (error.status, places(error)[0][0]) == (422, "query")
+    assert (error.status, places(error)) == (422, [["query", "include"]])
 
 
 def test_the_form_of_the_answer_is_no_parameter() -> None:

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from core.results import (
     Ball,
     Component,
+    Containment,
     Crossing,
     Curve,
+    Delaunay,
     Frame,
+    Graph,
+    GraphEdge,
+    GraphNode,
     Nyquist,
     Partition,
     Reconstruction,
     Sampling,
+    SkeletonStages,
     Stages,
+    TapePolygon,
     Violation,
     Warn,
 )
@@ -23,6 +33,10 @@ from core.results import (
 Floats = NDArray[np.float64]
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
 LINE = np.array([[0.0, 0.1], [3.0, 0.1]])
+OUTER = np.array([[-0.5, -0.5], [2.5, -0.5], [2.5, 1.5], [-0.5, 1.5]])
+HOLE = np.array([[0.5, 0.4], [0.5, 0.6], [1.5, 0.6], [1.5, 0.4]])
+VORONOI = np.array([[[0.0, 0.0], [2.0, 0.0]], [[2.0, 0.0], [2.0, 1.0]], [[2.0, 1.0], [2.4, 1.4]]])
+TRIANGLES = np.array([[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 5], [4, 5, 6]])
 TILT = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.25]])
 
 
@@ -50,7 +64,7 @@ def partition(points: Floats, count: int = 2) -> Partition:
 def reconstruction(
     dimension: int = 2, stages: bool = False, curves: int = 2, scale: float = 1.0, offset: float = 0.0
 ) -> Reconstruction:
-    place = lifted(SQUARE, dimension)[1]
+    place = lifted(SQUARE, dimension)[1] * scale + offset
     shapes = [(SQUARE, True) if number % 2 == 0 else (LINE, False) for number in range(curves)]
     balls = (Ball(place, 0.25 * scale, place, 12, 0), Ball(place * 0.5, 0.5 * scale, place, 9, 0))
     return Reconstruction(
@@ -67,3 +81,40 @@ def reconstruction(
         warnings=(Warn("near", "two branches are near", tuple(place.tolist())), Warn("few", "few points")),
         stages=Stages(balls, (lifted(LINE, dimension),)) if stages else None,
     )
+
+
+def skeleton(
+    dimension: int = 2, stages: bool = False, scale: float = 1.0, offset: float = 0.0
+) -> Reconstruction:
+    """A tape with a hole about the square, and an island; four triangles kept for four reasons."""
+
+    def placed(points: Floats) -> Floats:
+        return lifted(points, dimension) * scale + offset
+
+    island = OUTER / 4 + 3.0
+    nodes = placed(SQUARE[[0, 2]])
+    edges = [SQUARE[[0, 1, 2]], SQUARE[[2, 3, 0]]]
+    return replace(
+        reconstruction(dimension, False, 1, scale, offset),
+        method="skeleton",
+        tape=(TapePolygon(placed(OUTER), (placed(HOLE),), 0), TapePolygon(placed(island), (), 1)),
+        containment=Containment(True, 2, 0.975),
+        graph=Graph(
+            tuple(GraphNode(node, 0.5 * scale, 2, 0) for node in nodes),
+            tuple(
+                GraphEdge((k, 1 - k), placed(line), np.full(3, 1.0 * scale), 3.0 * scale)
+                for k, line in enumerate(edges)
+            ),
+        ),
+        stages=_stages(placed, scale) if stages else None,
+    )
+
+
+def _stages(placed: Callable[[Floats], Floats], scale: float) -> SkeletonStages:
+    rows = np.eye(5, dtype=bool)
+    delaunay = Delaunay(
+        TRIANGLES, rows[0], rows[1], rows[2], rows[:4].any(axis=0), np.array([[7, 8], [8, 9]])
+    )
+    ball = Ball(placed(SQUARE[:1])[0], 0.25 * scale, placed(SQUARE[1:2])[0], 12, 0)
+    voronoi = placed(VORONOI.reshape(-1, 2)).reshape(3, 2, -1)
+    return SkeletonStages((ball,), delaunay, (placed(OUTER), placed(HOLE)), voronoi)

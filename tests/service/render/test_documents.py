@@ -5,9 +5,10 @@ import json
 
 import numpy as np
 import pytest
+import shapely
 
-from render.results import SQUARE, cloud, partition, reconstruction
-from service.answers import PartitionAnswer, ReconstructionAnswer
+from render.results import HOLE, OUTER, SQUARE, TRIANGLES, cloud, partition, reconstruction, skeleton
+from service.answers import PartitionAnswer, PcaAnswer, SkeletonAnswer
 from service.render import document, encode
 
 
@@ -16,7 +17,7 @@ from service.render import document, encode
 def test_a_reconstruction_reads_back_through_the_declared_answer(dimension: int, stages: bool) -> None:
     result = reconstruction(dimension, stages)
     text = encode(result, "json")
-    answer = ReconstructionAnswer.model_validate_json(text)
+    answer = PcaAnswer.model_validate_json(text)
     assert [curve.closed for curve in answer.curves] == [True, False]
     assert all(
         np.array_equal(read.vertices, made.vertices)
@@ -26,6 +27,60 @@ def test_a_reconstruction_reads_back_through_the_declared_answer(dimension: int,
     assert answer.sampling.nyquist.margin_sigmas is None
     assert ("stages" in json.loads(text)) == stages
     assert [("location" in warning) for warning in json.loads(text)["warnings"]] == [True, False]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("stages", [False, True])
+def test_a_skeleton_reads_back_through_the_declared_answer(dimension: int, stages: bool) -> None:
+    result = skeleton(dimension, stages)
+    text = encode(result, "json")
+    answer = SkeletonAnswer.model_validate_json(text)
+    assert result.graph is not None
+    assert answer.containment is not None
+    assert (answer.containment.passes, answer.containment.samples_inside) == (2, 0.975)
+    for read, made in zip(answer.graph.edges, result.graph.edges, strict=True):
+        assert np.array_equal(read.vertices, made.vertices)
+        assert (tuple(read.nodes), len(read.widths)) == (made.nodes, len(made.vertices))
+    assert [node.degree for node in answer.graph.nodes] == [2, 2]
+    assert ("stages" in json.loads(text)) == stages
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_tape_is_a_geometry_that_other_software_reads(dimension: int) -> None:
+    read = json.loads(encode(skeleton(dimension), "json"))
+    shape = shapely.from_geojson(json.dumps(read["tape"]))
+    assert shape.geom_type == "MultiPolygon"
+    assert shape.has_z == (dimension == 3)
+    if dimension == 2:
+        assert shape.is_valid
+        assert shape.area == pytest.approx(3 * 2 - 1 * 0.2 + 3 * 2 / 16)
+    assert [len(polygon) for polygon in read["tape"]["coordinates"]] == [2, 1]
+    assert read["tape_components"] == [0, 1]
+
+
+def test_the_rings_of_the_tape_repeat_their_first_position() -> None:
+    outer, hole = json.loads(encode(skeleton(), "json"))["tape"]["coordinates"][0]
+    assert outer == [*OUTER.tolist(), OUTER[0].tolist()]
+    assert hole == [*HOLE.tolist(), HOLE[0].tolist()]
+
+
+def test_the_criteria_are_parallel_to_the_triangles() -> None:
+    delaunay = json.loads(encode(skeleton(stages=True), "json"))["stages"]["delaunay"]
+    assert delaunay["triangles"] == TRIANGLES.tolist()
+    assert delaunay["enclosed"] == [True, False, False, False, False]
+    assert delaunay["accepted"] == [True, True, True, True, False]
+    assert delaunay["bridges"] == [[7, 8], [8, 9]]
+
+
+def test_samples_without_a_tape_have_an_empty_one() -> None:
+    result = dataclasses.replace(skeleton(), tape=(), containment=None, graph=None)
+    answer = SkeletonAnswer.model_validate_json(encode(result, "json"))
+    assert (answer.tape.coordinates, answer.tape_components, answer.containment) == ([], [], None)
+    assert (answer.graph.nodes, answer.graph.edges) == ([], [])
+
+
+def test_a_march_has_no_tape() -> None:
+    assert {"tape", "tape_components", "containment", "graph"}.isdisjoint(document(reconstruction()))
 
 
 def test_a_partition_reads_back_through_the_declared_answer() -> None:
@@ -47,6 +102,14 @@ def test_members_come_in_the_order_of_the_contract() -> None:
         "sampling",
         "frames",
         "warnings",
+        "stages",
+    ]
+    assert list(document(skeleton(stages=True)))[7:] == [
+        "warnings",
+        "tape",
+        "tape_components",
+        "containment",
+        "graph",
         "stages",
     ]
     assert list(document(partition(cloud()))) == [

@@ -9,7 +9,8 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from render.results import LINE, SQUARE, cloud, partition, reconstruction
+from core.results import Reconstruction
+from render.results import LINE, SQUARE, cloud, partition, reconstruction, skeleton
 from service.render import encode
 
 
@@ -35,7 +36,7 @@ def test_closed_curves_repeat_their_first_vertex_and_open_ones_do_not() -> None:
     assert opened["geometry"]["coordinates"] == LINE.tolist()
     assert closed["properties"]["closed"]
     assert not opened["properties"]["closed"]
-    assert crossing["properties"] == {"curves": [0, 1], "angle": 90.0}
+    assert crossing["properties"] == {"kind": "crossing", "curves": [0, 1], "angle": 90.0}
 
 
 def test_a_curve_of_one_vertex_is_still_a_line() -> None:
@@ -43,6 +44,46 @@ def test_a_curve_of_one_vertex_is_still_a_line() -> None:
     curve = dataclasses.replace(made.curves[0], vertices=SQUARE[:1], closed=False)
     read = json.loads(encode(dataclasses.replace(made, curves=(curve,)), "geojson"))
     assert len(read["features"][0]["geometry"]["coordinates"]) == 2
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_skeleton_has_its_tape_and_its_graph_beside_the_curves(dimension: int) -> None:
+    features = json.loads(encode(skeleton(dimension), "geojson"))["features"]
+    kinds = [(feature["properties"]["kind"], feature["geometry"]["type"]) for feature in features]
+    assert kinds == [
+        ("curve", "LineString"),
+        ("crossing", "Point"),
+        ("tape", "MultiPolygon"),
+        ("tape", "MultiPolygon"),
+        ("node", "MultiPoint"),
+        ("node", "MultiPoint"),
+        ("edge", "MultiLineString"),
+        ("edge", "MultiLineString"),
+    ]
+    made = skeleton(dimension).graph
+    assert made is not None
+    for feature, edge in zip(features[6:], made.edges, strict=True):
+        assert feature["geometry"]["coordinates"] == [edge.vertices.tolist()]
+        assert feature["properties"]["widths"] == edge.widths.tolist()
+
+
+def test_every_component_has_its_own_tape() -> None:
+    features = json.loads(encode(skeleton(), "geojson"))["features"]
+    tapes = [feature for feature in features if feature["properties"]["kind"] == "tape"]
+    assert [tape["properties"]["component"] for tape in tapes] == [0, 1]
+    shapes = [shapely.from_geojson(json.dumps(tape)) for tape in tapes]
+    assert all(shape.is_valid for shape in shapes)
+    assert shapely.area(shapes) == pytest.approx([3 * 2 - 1 * 0.2, 3 * 2 / 16])
+
+
+@pytest.mark.parametrize("result", [reconstruction(), skeleton()], ids=["pca", "skeleton"])
+def test_lines_are_curves_and_points_are_crossings_whatever_the_method(result: Reconstruction) -> None:
+    features = json.loads(encode(result, "geojson"))["features"]
+    found: dict[str, list[str]] = {}
+    for feature in features:
+        found.setdefault(feature["geometry"]["type"], []).append(feature["properties"]["kind"])
+    assert found["LineString"] == ["curve"] * len(result.curves)
+    assert found["Point"] == ["crossing"] * len(result.crossings)
 
 
 @given(st.integers(1, 40), st.integers(0, 5), st.sampled_from([2, 3]))

@@ -8,9 +8,10 @@ import pytest
 from PIL import Image
 
 from core.results import Partition, Reconstruction
-from render.results import cloud, partition, reconstruction
-from service.render import encode
-from service.render.scenes import COLOURS
+from render.results import OUTER, cloud, partition, reconstruction, skeleton
+from service.render import encode, scene
+from service.render.pen import TAPE
+from service.render.scenes import COLOURS, Sheet
 
 
 def picture(result: Partition | Reconstruction, points: np.ndarray | None = None) -> np.ndarray:
@@ -58,8 +59,45 @@ def test_any_size_and_place_gives_a_picture(scale: float, offset: float) -> None
     "points", [np.zeros((1, 2)), np.full((5, 3), 3e300), np.full((3, 2), -1e-320), np.empty((0, 2))]
 )
 def test_points_without_extent_give_a_picture(points: np.ndarray) -> None:
-    assert picture(dataclasses.replace(reconstruction(), curves=()), points).size > 0
+    assert picture(dataclasses.replace(reconstruction(), curves=(), crossings=()), points).size > 0
 
 
 def test_very_many_points_at_one_place_give_a_picture() -> None:
-    assert picture(dataclasses.replace(reconstruction(), curves=()), np.ones((50_000, 2))).size > 0
+    nothing = dataclasses.replace(reconstruction(), curves=(), crossings=())
+    assert picture(nothing, np.ones((50_000, 2))).size > 0
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_tape_is_filled_but_for_its_hole(dimension: int) -> None:
+    made = dataclasses.replace(skeleton(dimension), curves=(), crossings=())
+    assert made.tape is not None
+    filled = tuple(dataclasses.replace(polygon, holes=()) for polygon in made.tape)
+    shares = [share(picture(one), TAPE) for one in (made, dataclasses.replace(made, tape=filled))]
+    assert 0.1 < shares[0] < shares[1]
+
+
+def test_a_large_cloud_is_seen_on_its_tape() -> None:
+    points = np.random.default_rng(0).uniform(OUTER.min(axis=0), OUTER.max(axis=0), (100_000, 2))
+    assert share(picture(skeleton(), points), TAPE) < 0.9 * share(picture(skeleton()), TAPE)
+
+
+def test_the_stages_are_one_picture_in_all_their_colours() -> None:
+    image = picture(skeleton(stages=True), cloud())
+    assert min(image.shape[:2]) >= 600
+    sheet = scene(skeleton(stages=True), cloud())
+    assert isinstance(sheet, Sheet)
+    colours = [area.colour for area in sheet.panels["triangles"].areas]
+    assert all(share(image, colour) > 0.001 for colour in (TAPE, *colours))
+
+
+@pytest.mark.parametrize(("scale", "offset"), [(1e-300, 0.0), (1e300, 1e7)])
+def test_stages_of_any_size_and_place_give_a_picture(scale: float, offset: float) -> None:
+    result = skeleton(stages=True, scale=scale, offset=offset * scale)
+    assert share(picture(result, cloud() * scale + offset * scale), TAPE) > 0.01
+
+
+@pytest.mark.parametrize("points", [np.zeros((20, 2)), np.full((20, 3), 3e300)])
+def test_stages_without_extent_give_a_picture(points: np.ndarray) -> None:
+    result = skeleton(points.shape[1], stages=True)
+    bare = dataclasses.replace(result, curves=(), crossings=(), tape=(), graph=None)
+    assert picture(bare, points).size > 0

@@ -1,65 +1,40 @@
 from __future__ import annotations
 
-from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 import pytest
 
-from render.results import cloud, partition, reconstruction
-from service.render import document, encode, feature_collection, scene, table
-from service.render.scenes import Dots, Scene
+from render.results import cloud, reconstruction, skeleton
+from service.render import scene
+from service.render.scenes import Area, Circle, Dots, Marks, Path, Scene, Segments, Sheet
 
-
-@dataclass(frozen=True)
-class Spot:
-    """A new type of result, as a later process may bring."""
-
-    x: float
-    y: float
-
-
-@document.register
-def _(result: Spot) -> dict[str, object]:
-    return {"spot": [result.x, result.y]}
-
-
-@feature_collection.register
-def _(result: Spot, _points: object = None) -> dict[str, object]:
-    return {"type": "Point", "coordinates": [result.x, result.y]}
-
-
-@table.register
-def _(result: Spot, _points: object = None) -> bytes:
-    return b"x,y\n%r,%r\n" % (result.x, result.y)
-
-
-@scene.register
-def _(result: Spot, _points: object = None) -> Scene:
-    return Scene("a spot", (Dots(np.array([[result.x, result.y]]), "#000000"),))
+BOX = np.array([[1.0, 2.0], [4.0, 6.0]])
 
 
 @pytest.mark.parametrize(
-    ("form", "begins"),
+    "shown",
     [
-        ("json", b'{"spot":[1.0,2.0]}'),
-        ("geojson", b'{"type":"Point"'),
-        ("csv", b"x,y\n1.0,2.0\n"),
-        ("svg", b"<svg "),
-        ("png", b"\x89PNG"),
+        Scene("", areas=(Area((BOX[:1], BOX), "#000000"),)),
+        Scene("", segments=(Segments(BOX[None], "#000000"),)),
+        Scene("", dots=(Dots(BOX, "#000000"), Dots(np.empty((0, 2)), "#000000"))),
+        Scene("", circles=(Circle(2.0, 3.0, 1.0), Circle(3.0, 5.0, 1.0))),
+        Scene("", paths=(Path(BOX, False, "#000000", 0, ""),)),
+        Scene("", marks=(Marks(BOX, "#000000"),)),
     ],
+    ids=["areas", "segments", "dots", "circles", "paths", "marks"],
 )
-def test_a_new_type_of_result_is_registered_form_by_form(form: str, begins: bytes) -> None:
-    assert encode(Spot(1.0, 2.0), form).startswith(begins)
+def test_the_bounds_hold_each_kind_of_shape(shown: Scene) -> None:
+    assert np.array_equal(shown.bounds(), BOX)
 
 
-def test_a_scene_counts_what_it_shows() -> None:
-    assert scene(reconstruction(curves=1), cloud()).title == "1 curve (pca)"
-    assert scene(partition(cloud(), 2), cloud()).title == "2 components"
-    assert "projected" in scene(reconstruction(3), cloud(20, 3)).title
+def test_nothing_lies_in_a_unit_square() -> None:
+    assert np.array_equal(Scene("").bounds(), [[0, 0], [1, 1]])
 
 
 def test_the_bounds_hold_everything() -> None:
     shown = scene(reconstruction(stages=True), cloud())
+    assert isinstance(shown, Scene)
     low, high = shown.bounds()
     for points in [*(group.points for group in shown.dots), *(path.vertices for path in shown.paths)]:
         assert (points >= low).all()
@@ -69,6 +44,29 @@ def test_the_bounds_hold_everything() -> None:
         assert circle.y + circle.radius <= high[1]
 
 
-def test_labels_beyond_the_colours_are_all_shown() -> None:
-    shown = scene(partition(cloud(100), 30), cloud(100))
-    assert sum(len(group.points) for group in shown.dots) == 100
+def test_a_sheet_shows_what_its_last_picture_does() -> None:
+    sheet = scene(skeleton(stages=True), cloud())
+    assert isinstance(sheet, Sheet)
+    assert np.array_equal(sheet.bounds(), sheet.panels["curves"].bounds())
+    rings = chain.from_iterable(area.rings for area in sheet.panels["tape"].areas)
+    low, high = sheet.bounds()
+    for ring in rings:
+        assert (low <= ring).all()
+        assert (ring <= high).all()
+
+
+@pytest.mark.parametrize(("width", "columns"), [(0.2, 4), (1.0, 4), (3.0, 2)])
+def test_wide_pictures_have_fewer_columns(width: float, columns: int) -> None:
+    panel = Scene("", dots=(Dots(np.array([[0.0, 0.0], [width, 1.0]]), "#000000"),))
+    assert Sheet("", {"a": panel, "b": panel}).columns == columns
+
+
+def test_the_key_has_a_colour_for_each_name() -> None:
+    shown = Scene(
+        "",
+        areas=(Area((BOX,), "#111111", "#FFFFFF", "tape"), Area((BOX,), "#111111", "#FFFFFF", "tape")),
+        dots=(Dots(BOX, "#222222"),),
+        marks=(Marks(BOX, "#333333", "crossings"),),
+        paths=(Path(BOX, False, "#000000", 0, "curve 0"),),
+    )
+    assert shown.key() == {"tape": "#111111", "crossings": "#333333"}

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from render.results import cloud, partition, reconstruction
+from render.results import HOLE, OUTER, cloud, partition, reconstruction, skeleton
 from service.render import encode
 from service.render.scenes import COLOURS, GREY
 from service.render.svg import MAX_DOTS
@@ -93,6 +93,54 @@ def test_words_are_escaped() -> None:
     assert "<b>&\"'" in (parsed(encode(result, "svg")).findtext(f"{SVG}title") or "")
 
 
+def test_the_tape_lies_below_the_cloud_and_its_hole_stays_empty() -> None:
+    root = parsed(encode(skeleton(), "svg", cloud()))
+    drawn = [path.get("class") for path in root.iter(f"{SVG}path")]
+    assert drawn == ["area", "area", "dots", "curve", "mark", "mark"]
+    tape, _ = kinds(root, "area")
+    assert tape.get("fill-rule") == "evenodd"
+    assert tape.get("d", "").count("Z") == 2
+    assert len(numbers(tape)) == len(OUTER) + len(HOLE)
+
+
+def test_crossings_are_marked_on_top() -> None:
+    root = parsed(encode(reconstruction(), "svg", cloud()))
+    square, (mark, _) = numbers(kinds(root, "curve")[0]), kinds(root, "mark")
+    assert numbers(mark)[0] == pytest.approx(square[1])
+
+
+def test_a_sheet_has_a_view_of_every_stage() -> None:
+    root = parsed(encode(skeleton(stages=True), "svg", cloud()))
+    panels = root.findall(f"{SVG}g[@class='panel']")
+    views = root.findall(f"{SVG}view")
+    assert [view.get("id") for view in views] == [
+        "balls", "delaunay", "triangles", "tape", "border", "voronoi", "graph", "curves"
+    ]  # fmt: skip
+    _, _, width, height = map(float, root.get("viewBox", "").split())
+    for view, panel in zip(views, panels, strict=True):
+        x, y, w, h = map(float, view.get("viewBox", "").split())
+        assert panel.get("transform") == f"translate({x:.2f} {y:.2f})"
+        assert x + w <= width + 0.01
+        assert y + h <= height + 0.01
+        assert panel.findtext(f"{SVG}text")
+
+
+def test_a_stage_says_what_its_colours_mean() -> None:
+    root = parsed(encode(skeleton(stages=True), "svg", cloud()))
+    triangles = root.findall(f"{SVG}g[@class='panel']")[2]
+    _, key = triangles.findall(f"{SVG}text")
+    assert "".join(key.itertext()).replace("■", "").split("  ")[0].strip() == "enclosed"
+    areas = triangles.findall(f".//{SVG}path[@class='area']")
+    assert [span.get("fill") for span in key.findall(f"{SVG}tspan")][:4] == [
+        area.get("fill") for area in areas
+    ]
+
+
+def test_a_sheet_of_many_points_stays_small() -> None:
+    points = cloud(5 * MAX_DOTS)
+    assert len(encode(skeleton(stages=True), "svg", points)) < 60 * MAX_DOTS
+
+
 EXTENTS = st.floats(-300, 290).map(lambda power: 10.0**power)
 
 
@@ -104,9 +152,19 @@ def test_any_size_and_place_gives_a_sound_picture(extent: float, offset: float, 
     assert "nan" not in (root.get("viewBox") or "")
 
 
+@given(EXTENTS, st.sampled_from([0.0, 1.0, 1e7, -1e12]), st.sampled_from([2, 3]))
+def test_stages_of_any_size_and_place_give_a_sound_sheet(
+    extent: float, offset: float, dimension: int
+) -> None:
+    result = skeleton(dimension, True, scale=extent, offset=offset * extent)
+    root = parsed(encode(result, "svg", cloud(20, dimension) * extent + offset * extent))
+    assert all(np.isfinite(numbers(path)).all() for path in root.iter(f"{SVG}path"))
+    assert "nan" not in (root.get("viewBox") or "")
+
+
 @pytest.mark.parametrize(
     "points", [np.zeros((1, 2)), np.full((5, 2), 3e300), np.full((3, 3), -1e-320), np.empty((0, 2))]
 )
 def test_points_without_extent_give_a_sound_picture(points: np.ndarray) -> None:
-    result = dataclasses.replace(reconstruction(), curves=())
+    result = dataclasses.replace(reconstruction(), curves=(), crossings=())
     assert "nan" not in parsed(encode(result, "svg", points)).get("viewBox", "nan")
