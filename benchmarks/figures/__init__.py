@@ -1,0 +1,1 @@
+"""The paper's figures from built-in point sets, and pictures for the docs: ``make figures``."""
