@@ -18,7 +18,7 @@ __all__ = ["Drawn", "draw"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-GAP = 3.0  # in sigma: arms are cut where neighbours are this far apart
+GAP = 1.0  # in sigma: arms are cut where neighbours are this far apart
 BOW = 1.0  # in sigma: they are cut no farther out than where they are this far off a straight line
 WIDEST = 60.0  # in sigma: they are cut no farther out
 SHARE = 0.4  # of an arc: the most that is cut at one end

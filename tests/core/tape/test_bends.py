@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.tape.arrangement import arrange
-from core.tape.bends import draw
+from core.tape.bends import GAP, draw
 from core.tape.smoothing import graph_smoothing, split_smoothing, waist_smoothing
 from tests.core.tape.drawings import circle, drawn, eight, flat, keep_clear, rose, segment
 
@@ -36,7 +36,7 @@ def test_bends_leave_a_gap_of_the_size_of_the_noise(degrees):
     for smoothing in both_ways(curves):
         one, other = lines_of(smoothing, 0.2)
         gap = shapely.distance(drawn(one), drawn(other))
-        assert 0.2 < gap < (1.5 * 0.2) / np.sin(np.radians(degrees / 2)) * 1.5
+        assert 0.5 * GAP * 0.2 < gap < (1.5 * 0.2) / np.sin(np.radians(degrees / 2)) * 1.5
 
 
 @settings(max_examples=20, deadline=None)

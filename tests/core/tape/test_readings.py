@@ -7,6 +7,7 @@ from scipy.sparse.csgraph import connected_components
 
 from core.refine.crossings import crossings
 from core.refine.polyline import Polyline
+from core.tape.bends import GAP
 from core.tape.readings import read_crossings
 from tests.core.shapes import rotation
 from tests.core.tape.drawings import (
@@ -222,7 +223,7 @@ def test_branches_almost_through_one_place_are_as_through_it():
         read = read_crossings(lines, mode, 0.01)
         assert counts(read) == (0, 3)
         gaps = [shapely.distance(drawn(a), drawn(b)) for a, b in zip(read, read[1:] + read[:1], strict=True)]
-        assert min(gaps) > 0.01
+        assert min(gaps) > 0.5 * GAP * 0.01
 
 
 def test_a_closed_curve_smaller_than_the_noise_is_not_cut_off():
