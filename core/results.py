@@ -260,6 +260,8 @@ class Graph:
 class Delaunay:
     """The Delaunay triangles of the samples and why some were kept (§4.4).
 
+    Of more than 100 000 samples of a component a spread subsample is triangulated.
+
     Attributes
     ----------
     triangles : (T, 3) array of int

@@ -33,6 +33,8 @@ SURE = 0.6  # share of balls that met curvature
 DOUBT = 0.03  # share of samples left over
 CLEARLY = 10.0  # nats by which a later tape must be better
 NEAR = 3.0  # in sigma: samples of an edge
+SPECK = 40  # samples from which on a curve is no chance alignment of outliers
+MOST_SPECKS = 30  # looked at
 LEAST_LENGTH = 3.0  # in sigma: shorter curves are specks
 
 
@@ -129,6 +131,7 @@ def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: 
     curves, doubts = reconnected(sample, curves, sigma, scale, extent)
     if any(not line.closed for line in curves):  # crossings that come right may bring ends together
         curves = _rejoined(sample, judged, curves, sigma, scale, radius)
+    curves = _without_specks(judged, curves, sigma, extent)
     smooth = refine_curves(judged, curves, sigma, True, passes=2, corners=False)
     nats = description_length(judged.points, smooth.curves, smooth.sigma, extent, flat=True)
     return Taped(
@@ -141,6 +144,25 @@ def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: 
         explained=float(np.mean(smooth.feet.curve >= 0)),
         doubts=doubts,
     )
+
+
+def _without_specks(
+    judged: Sample, curves: Sequence[Polyline], sigma: float, extent: float
+) -> list[Polyline]:
+    """Drop curves of a few samples that are told more briefly as outliers."""
+    feet = project(judged.points, curves, NEAR * sigma)
+    samples = np.bincount(feet.curve[feet.curve >= 0], minlength=len(curves))
+    kept = list(range(len(curves)))
+    nats = description_length(judged.points, curves, sigma, extent, flat=True)
+    for k in np.argsort(samples, kind="stable")[:MOST_SPECKS].tolist():
+        rest = [curves[i] for i in kept if i != k]
+        if samples[k] >= SPECK or not rest:
+            break
+        without = description_length(judged.points, rest, sigma, extent, flat=True)
+        if without < nats:
+            kept.remove(k)
+            nats = without
+    return [curves[k] for k in kept]
 
 
 def _rejoined(
