@@ -179,7 +179,7 @@ def _draw_key(axes: Axes, scene: Scene) -> None:
         axes.legend(
             handles=handles,
             loc="upper center",
-            bbox_to_anchor=(0.5, -0.06),
+            bbox_to_anchor=(0.5, -0.14),
             ncols=2,
             fontsize="x-small",
             frameon=False,
