@@ -1,10 +1,14 @@
-"""Planar curves that cross, for the tests of their readings."""
+"""Planar curves that cross and graphs that fork, for the tests of their readings."""
 
 import numpy as np
 import shapely
 
 from core.refine.polyline import Polyline
+from core.tape.delaunay import triangulate
+from core.tape.graph import Graph, GraphEdge
 from tests.core.shapes import in_space
+
+ARM = 20.0  # length of the arms of a graph
 
 
 def flat(points, closed=False):
@@ -88,3 +92,56 @@ def odd(curves, point):
         x = a[:, 0] + (point[1] - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
         inside ^= bool(np.count_nonzero(x > point[0]) % 2)
     return inside
+
+
+def unit(degrees):
+    return np.array((np.cos(np.radians(degrees)), np.sin(np.radians(degrees))))
+
+
+def graph_of(places, ends, radius=1.0):
+    """Straight edges between nodes."""
+    places = np.asarray(places, float)
+    radii = np.broadcast_to(np.asarray(radius, float), len(places)).copy()
+    share = np.linspace(0.0, 1.0, 41)[:, None]
+    edges = [
+        GraphEdge(
+            (a, b),
+            np.where(share == 1.0, places[b], places[a] + share * (places[b] - places[a])),
+            radii[a] + share[:, 0] * (radii[b] - radii[a]),
+        )
+        for a, b in ends
+    ]
+    return Graph(places, radii, tuple(edges))
+
+
+def star(*degrees):
+    """Arms that leave one node."""
+    tips = [ARM * unit(angle) for angle in degrees]
+    return graph_of([(0.0, 0.0), *tips], [(0, k + 1) for k in range(len(tips))])
+
+
+def crossed(degrees, bar):
+    """Two lines that cross: edge 0 is the bar, 1 and 2 leave it to the right, 3 and 4 to the left."""
+    ends = np.array([(0.5 * bar, 0.0), (-0.5 * bar, 0.0)])
+    half = 0.5 * degrees
+    tips = [
+        ends[0] + ARM * unit(half),
+        ends[0] + ARM * unit(-half),
+        ends[1] + ARM * unit(180.0 + half),
+        ends[1] + ARM * unit(180.0 - half),
+    ]
+    return graph_of([*ends, *tips], [(0, 1), (0, 2), (0, 3), (1, 4), (1, 5)])
+
+
+def net(seed):
+    """A planar graph with forks of all degrees, some of its nodes as near as their discs."""
+    rng = np.random.default_rng(seed)
+    mesh = triangulate(rng.normal(size=(int(rng.integers(6, 30)), 2)))
+    pairs = mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    ends = [(int(a), int(b)) for a, b in np.unique(np.sort(pairs, axis=1), axis=0)]
+    graph = graph_of(mesh.points, ends, rng.uniform(0.01, 0.4, len(mesh.points)))
+    return graph, rng.poisson(100.0 * lengths(graph)).astype(float)
+
+
+def lengths(graph):
+    return np.array([edge.length for edge in graph.edges])
