@@ -120,7 +120,8 @@ def test_no_place_with_another_branch_nearby_is_missed(seed, sigma):
     chord = np.linalg.norm(place[:, None] - place, axis=2)
     way = np.abs(station[:, None] - station)
     way = np.minimum(way, curve.length - way)
-    apart = (chord < 2 * CUT * sigma) & (way > 8.0 * sigma) & (way > 2.0 * chord)
+    # Nodes are 1.5 sigma apart: their own chord and way differ by as much from those of the places.
+    apart = (chord < 2 * CUT * sigma) & (way > 11.0 * sigma) & (way > 2.0 * chord + 4.5 * sigma)
     branches = found(curve, sigma=sigma)
     if branches is None:
         assert not apart.any()
