@@ -9,9 +9,23 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.cases import Case, Row, cases, measure_all
-from core.truth import family, held_out_names, names
+from core.truth import Reading, family, held_out_names, names
 
-__all__ = ["KEYS", "SIGMAS", "SIZES", "families", "main", "summary", "table"]
+__all__ = [
+    "KEYS",
+    "METHODS",
+    "READINGS",
+    "SIGMAS",
+    "SIZES",
+    "crossing_families",
+    "families",
+    "main",
+    "summary",
+    "table",
+]
+
+METHODS = ("pca", "skeleton")
+READINGS: tuple[Reading, ...] = ("through", "split", "waist")
 
 SIZES = (1000, 5000, 20000, 50000)
 SIGMAS = (0.0025, 0.005, 0.01, 0.02)
@@ -22,6 +36,13 @@ def families(held_out: bool = False) -> tuple[str, ...]:
     every = held_out_names() if held_out else names()
     chosen = [family(name) for name in every]
     return tuple(one.name for one in chosen if one.smooth and one.non_crossing and one.scans is None)
+
+
+def crossing_families(held_out: bool = False, reading: Reading = "through") -> tuple[str, ...]:
+    """Return the smooth families with crossings or junctions; only closed curves for the other readings."""
+    every = held_out_names() if held_out else names()
+    chosen = [one for one in map(family, every) if one.smooth and not one.non_crossing]
+    return tuple(one.name for one in chosen if reading == "through" or all(c.closed for c in one.build(0)))
 
 
 def summary(rows: Sequence[Row]) -> tuple[float, ...]:
@@ -59,7 +80,8 @@ def table(rows: Sequence[Row], key: Callable[[Case], object], title: str) -> lis
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
     options = _options(arguments)
-    grid = cases(options.families, options.n, options.sigma, options.seeds)
+    chosen = _families(options.families, options.crossings)
+    grid = cases(chosen, options.n, options.sigma, options.seeds, options.method, options.crossings)
     rows = list(measure_all(grid, options.jobs))
     _print_groups(rows)
     for title, key in KEYS.items():
@@ -80,12 +102,15 @@ KEYS: dict[str, Callable[[Case], object]] = {
 
 def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    known = {"all": families(), "held_out": families(held_out=True)}
     parser.add_argument(
         "--families",
-        type=lambda text: [name for part in text.split(",") for name in known.get(part, (part,))],
-        default=list(known["all"]),
-        help="names with commas between; 'all' are the smooth built-in ones, 'held_out' the others",
+        default="all",
+        help="names with commas between; 'all' are the smooth built-in ones without crossings, 'crossing' "
+        "those with, 'held_out' and 'held_out_crossing' those that no method was tuned with",
+    )
+    parser.add_argument("--method", choices=METHODS, default="pca")
+    parser.add_argument(
+        "--crossings", choices=READINGS, default="through", help="how the skeleton reads crossings"
     )
     parser.add_argument("--n", type=_numbers(int), default=list(SIZES))
     parser.add_argument(
@@ -97,7 +122,21 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--worst", type=int, default=0, help="list this many cases with the largest RMS / oracle"
     )
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if options.method == "pca" and options.crossings != "through":
+        parser.error("The PCA march goes straight through crossings.")
+    return options
+
+
+def _families(text: str, reading: Reading) -> list[str]:
+    """Return the names in a list with commas between, groups of families put in full."""
+    groups = {
+        "all": families(),
+        "held_out": families(held_out=True),
+        "crossing": crossing_families(False, reading),
+        "held_out_crossing": crossing_families(True, reading),
+    }
+    return [name for part in text.split(",") for name in groups.get(part, (part,))]
 
 
 def _numbers(kind: type) -> Callable[[str], list[float]]:
@@ -109,12 +148,12 @@ def _print_groups(rows: Sequence[Row]) -> None:
     groups: dict[tuple[str, int, float], list[Row]] = defaultdict(list)
     for row in rows:
         groups[row.case.family, row.case.n, row.case.sigma].append(row)
-    print(f"{'family':16} {'n':>6} {'sigma':>7} flags  topol  ratio50 ratio90  sigma50 sigma95  seconds")
+    print(f"{'family':20} {'n':>6} {'sigma':>7} flags  topol  ratio50 ratio90  sigma50 sigma95  seconds")
     for (name, n, sigma), group in groups.items():
         flags, topology, median, high, s50, s95 = summary(group)
         seconds = np.median([row.seconds for row in group])
         print(
-            f"{name:16} {n:6d} {sigma:7.4f} {flags:5.0%}  {topology:5.0%}  {median:7.2f} {high:7.2f}"
+            f"{name:20} {n:6d} {sigma:7.4f} {flags:5.0%}  {topology:5.0%}  {median:7.2f} {high:7.2f}"
             f"  {s50:7.2%} {s95:7.2%}  {seconds:7.3f}"
         )
 

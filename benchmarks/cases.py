@@ -9,32 +9,42 @@ from dataclasses import dataclass
 from itertools import product
 from multiprocessing import get_context
 
-from core.methods import pca
-from core.truth import PointSet, Score, oracle_rms, point_set, score
+from core.methods import pca, skeleton
+from core.parameters import SkeletonParameters
+from core.results import Reconstruction
+from core.truth import PointSet, Reading, Score, oracle_rms, point_set, score
 
 __all__ = ["Case", "Row", "cases", "measure", "measure_all"]
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What determines a point set; ``sigma`` is a fraction of the diagonal."""
+    """What determines a point set, and how it is reconstructed.
+
+    ``sigma`` is a fraction of the diagonal; ``method`` is ``pca`` or ``skeleton``, and ``crossings``
+    the reading that the skeleton is asked for.
+    """
 
     family: str
     n: int
     sigma: float
     seed: int
+    method: str = "pca"
+    crossings: Reading = "through"
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
     """What was measured on one case; lengths in units of the true noise.
 
-    ``flags`` is the right number of curves, each open or closed as in truth; ``topology`` asks for
-    cover and crossings too. ``problem`` says in words what is wrong, empty when nothing is.
+    ``flags`` is the right number of curves, each open or closed as in truth; ``crossings`` the right
+    number of crossings; ``topology`` asks for both and for cover. ``problem`` says in words what
+    is wrong, empty when nothing is.
     """
 
     case: Case
     flags: bool
+    crossings: bool
     topology: bool
     rms: float
     rms_back: float
@@ -45,14 +55,26 @@ class Row:
     problem: str
 
     @property
+    def right(self) -> bool:
+        """Whether curves, flags and crossings are right."""
+        return self.flags and self.crossings
+
+    @property
     def ratio(self) -> float:
         """RMS error as a multiple of the oracle's."""
         return self.rms / self.oracle
 
 
-def cases(families: Iterable[str], sizes: Iterable[int], sigmas: Iterable[float], seeds: int) -> list[Case]:
+def cases(
+    families: Iterable[str],
+    sizes: Iterable[int],
+    sigmas: Iterable[float],
+    seeds: int,
+    method: str = "pca",
+    crossings: Reading = "through",
+) -> list[Case]:
     """Return the grid of cases, seeds running fastest."""
-    return [Case(*one) for one in product(families, sizes, sigmas, range(seeds))]
+    return [Case(*one, method, crossings) for one in product(families, sizes, sigmas, range(seeds))]
 
 
 def measure(case: Case) -> Row:
@@ -60,17 +82,18 @@ def measure(case: Case) -> Row:
     sample = point_set(case.family, n=case.n, sigma=case.sigma, seed=case.seed)
     start = time.perf_counter()
     try:
-        result = pca(sample.points)
+        result = _reconstruct(case, sample)
     except Exception as error:  # whatever a method raises is its failure, not the benchmark's
         return _failed(case, time.perf_counter() - start, f"raised {type(error).__name__}: {error}")
     seconds = time.perf_counter() - start
     curves = [(curve.vertices, curve.closed) for curve in result.curves]
-    got = score(curves, sample)
+    got = score(curves, sample, case.crossings)
     sigma_error = result.sampling.sigma / sample.sigma - 1.0
     unit = sample.sigma
     return Row(
         case,
         got.flags_right,
+        got.crossings == got.true_crossings,
         got.topology_right,
         got.rms / unit,
         got.rms_back / unit,
@@ -91,9 +114,15 @@ def measure_all(grid: Sequence[Case], jobs: int) -> Iterator[Row]:
         yield from pool.map(measure, grid, chunksize=4)
 
 
+def _reconstruct(case: Case, sample: PointSet) -> Reconstruction:
+    if case.method == "pca":
+        return pca(sample.points)
+    return skeleton(sample.points, SkeletonParameters(crossings=case.crossings))
+
+
 def _failed(case: Case, seconds: float, problem: str) -> Row:
     nan = float("nan")
-    return Row(case, False, False, nan, nan, nan, nan, nan, seconds, problem)
+    return Row(case, False, False, False, nan, nan, nan, nan, nan, seconds, problem)
 
 
 def _problem(got: Score, flags: list[bool], sample: PointSet) -> str:
@@ -102,7 +131,7 @@ def _problem(got: Score, flags: list[bool], sample: PointSet) -> str:
     if got.curves != got.true_curves:
         words.append(f"{got.curves} curves instead of {got.true_curves}")
     elif not got.flags_right:
-        words.append(f"closed {flags} instead of {[c.closed for c in sample.curves]}")
+        words.append(f"closed {flags}, wrong for {[c.closed for c in sample.curves]}")
     if not got.covered:
         words.append(f"completeness {got.completeness:.3f}, excess {got.excess:.3f}")
     if got.crossings != got.true_crossings:

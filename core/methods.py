@@ -172,7 +172,8 @@ def _require_enough(points: Floats) -> None:
 def _prepared(points: Floats, members: Ints, component: Component, parameters: CommonParameters) -> _Prepared:
     planar = parameters.planar if isinstance(parameters, PcaParameters) else True
     in_plane = points.shape[1] == 2 or planar is False or is_quasi_planar(points)
-    work, frame = working_frame(points, component.frame.axes, in_plane if planar is None else planar)
+    turned = isinstance(parameters, SkeletonParameters)
+    work, frame = working_frame(points, component.frame.axes, in_plane if planar is None else planar, turned)
     _require_room(parameters, work, frame)
     sample = Sample.of(work)
     extent = float(np.sqrt(np.einsum("ij,ij->i", work, work).max()))

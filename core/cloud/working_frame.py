@@ -21,14 +21,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorkingFrame:
-    """A similarity from input space to working space.
+    """A similarity from input space to working space, which may mirror.
 
     Attributes
     ----------
     way : Normalisation
         Centre and scale.
     axes : (3, 3) array
-        Rows are the working axes in the centred input space; the identity for 2D input.
+        Rows are the working axes in the centred input space; the identity for 2D input that is not turned.
     dimension : int
         Of the input, 2 or 3.
     flat : bool
@@ -47,12 +47,12 @@ class WorkingFrame:
 
     def restore(self, places: Floats) -> Floats:
         """Bring (M, 3) working coordinates back to (M, d) input coordinates."""
-        if self.dimension == 2:
-            return self.way.restore(places[:, :2])
-        return self.way.restore(places @ self.axes)
+        return self.way.restore((places @ self.axes)[:, : self.dimension])
 
 
-def working_frame(points: Floats, axes: Floats, flat: bool) -> tuple[Floats, WorkingFrame]:
+def working_frame(
+    points: Floats, axes: Floats, flat: bool, turned: bool = False
+) -> tuple[Floats, WorkingFrame]:
     """Bring a component to working coordinates.
 
     Parameters
@@ -62,6 +62,10 @@ def working_frame(points: Floats, axes: Floats, flat: bool) -> tuple[Floats, Wor
         Principal axes of the component, the plane's normal last.
     flat : bool
         Whether to project on the best plane. 2D input always lies in a plane.
+    turned : bool
+        Whether 2D input too is turned to its principal axes, and flat input so that both point to where
+        the points reach farther (positive skewness). What depends on the axes, such as the corners of a
+        buffer, is then the same for a rotated or mirrored point set.
 
     Returns
     -------
@@ -72,8 +76,12 @@ def working_frame(points: Floats, axes: Floats, flat: bool) -> tuple[Floats, Wor
     """
     unit, way = centred(points)
     if points.shape[1] == 2:
-        return np.concatenate([unit, np.zeros((len(unit), 1))], axis=1), WorkingFrame(way, np.eye(3), 2, True)
-    turned = unit @ axes.T
+        axes = axes if turned else np.eye(3)
+        unit, flat = np.concatenate([unit, np.zeros((len(unit), 1))], axis=1), True
+    work = unit @ axes.T
     if flat:
-        turned[:, 2] = 0.0
-    return turned, WorkingFrame(way, axes, 3, flat)
+        work[:, 2] = 0.0
+    if flat and turned and float(np.sum(work[:, 1] ** 3)) < 0.0:
+        work[:, 1] *= -1.0
+        axes = axes * np.array([[1.0], [-1.0], [1.0]])
+    return work, WorkingFrame(way, axes, points.shape[1], flat)

@@ -139,8 +139,9 @@ def resampled_border(polygon: shapely.Geometry, spacing: float, chord: float | N
     least = polygon.length / MOST_SAMPLES
     spacing, chord = max(spacing, least), max(chord or spacing, least)
     points, ring, station, lengths = [], [], [], []
+    middle = shapely.get_coordinates(polygon.centroid)
     for k, line in enumerate(shapely.get_rings(shapely.get_parts(polygon))):
-        xy = shapely.get_coordinates(line)
+        xy = _begun(shapely.get_coordinates(line), middle)
         way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
         at = _equidistant(way[-1], spacing)
         marks = np.append(_equidistant(way[-1], chord), way[-1])
@@ -153,6 +154,13 @@ def resampled_border(polygon: shapely.Geometry, spacing: float, chord: float | N
     return Border(
         np.concatenate(points), np.concatenate(ring), np.concatenate(station), np.array(lengths, np.float64)
     )
+
+
+def _begun(xy: Floats, middle: Floats) -> Floats:
+    """A ring from its outermost vertex on: libraries begin it where they like."""
+    x = xy[:-1]
+    first = int(np.argmax(np.hypot(*(x - middle).T)))
+    return np.concatenate([x[first:], x[: first + 1]])
 
 
 def _equidistant(length: float, spacing: float) -> Floats:

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from core.cloud.sampling import Sample, Scale, spread_subsample
 from core.refine.evidence import bending, description_length
 from core.refine.polyline import Polyline
-from core.refine.principal_curve import refine_curves
+from core.tape.outermost import smoothed
 
 __all__ = ["Approach", "approaches", "reconnected", "rewired"]
 
@@ -85,7 +85,7 @@ def reconnected(
         Places where both readings explain the samples about as well.
     """
     judged = Sample.of(sample.few[spread_subsample(sample.few, JUDGED)])
-    smooth = refine_curves(judged, curves, sigma, True, passes=2, corners=False)
+    smooth = smoothed(judged, curves, sigma)
     best, sigma = list(smooth.curves), max(sigma, smooth.sigma)
     unit = max(sigma, SPARSE / scale.density)
 
@@ -106,7 +106,7 @@ def reconnected(
             trials += max(len(other) / FEW, 1.0)
             if trials > MOST_TRIALS:
                 break
-            other = list(refine_curves(judged, other, sigma, True, passes=2, corners=False).curves)
+            other = list(smoothed(judged, other, sigma).curves)
             cost = cost_of(other)
             if cost < nats + MARGIN:
                 best, nats, crossed = other, cost, True

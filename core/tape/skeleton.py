@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from core.errors import InvalidParameter
 from core.tape.graph import Graph, skeleton_graph
@@ -72,17 +74,19 @@ def skeleton_of(polygon: shapely.Geometry, prune: float, spacing: float | None =
         )
     width = mean_width(polygon)
     shapely.prepare(polygon)
-    best, least = None, (np.inf, 0)
+    best, least = None, (0, np.inf, 0)
+    parts = len(shapely.get_parts(polygon))
     for passes, border in _finer_and_finer(polygon, spacing or SPACING * width, SPACING * width):
         axis = medial_axis(polygon, border, 0.5 * width)
         graph = skeleton_graph(axis, prune)
         outside = _not_covered(polygon, graph)
         # Coarse segments are few, but long; where there are none the border was too coarse.
         length = float(np.hypot(*np.diff(outside, axis=1)[:, 0].T).sum()) if graph.edges else np.inf
-        left = length, len(outside)
+        # A neck narrower than the spacing is not seen at all: the skeleton is torn there.
+        left = max(_pieces(graph) - parts, 0), length, len(outside)
         if best is None or left < least:
             best, least = Skeleton(axis, graph, passes, outside.mean(axis=1)), left
-        if graph.edges and not len(outside):
+        if left == (0, 0.0, 0):
             break
     assert best is not None  # noqa: S101 - there is always a first pass
     return best
@@ -97,6 +101,14 @@ def _finer_and_finer(polygon: shapely.Geometry, step: float, usual: float) -> It
     while step >= 2.0 * finest:
         step, passes = step / 2.0, passes + 1
         yield passes, resampled_border(polygon, step, usual)
+
+
+def _pieces(graph: Graph) -> int:
+    """Number of connected parts of the graph."""
+    size = len(graph.places)
+    ends = np.array([edge.ends for edge in graph.edges], np.int64).reshape(-1, 2)
+    links = coo_matrix((np.ones(len(ends)), ends.T), shape=(size, size))
+    return int(connected_components(links, directed=False)[0]) if size else 0
 
 
 def _not_covered(polygon: shapely.Geometry, graph: Graph) -> NDArray[np.float64]:

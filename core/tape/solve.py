@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from core.cloud.sampling import CANDIDATES, Sample, Scale, spread_subsample
 from core.refine.evidence import bending, description_length
 from core.refine.polyline import Polyline
-from core.refine.principal_curve import refine_curves
 from core.refine.project import project
 from core.tape.graph import Graph
 from core.tape.junction import merged
 from core.tape.loose_ends import joined
+from core.tape.outermost import begun_outermost, smoothed
 from core.tape.reconnection import reconnected
 from core.tape.skeleton import Skeleton, skeleton_of
 from core.tape.small_triangles import CLEAN, Smallness
@@ -114,7 +114,8 @@ def solve_tape(sample: Sample, scale: Scale, extent: float, choices: Choices) ->
 def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: Choices) -> Taped | None:
     typical = max(scale.sigma, CLEAN / scale.density)
     sigma = typical * choices.smallness.level
-    points = np.ascontiguousarray(sample.many[:, :2])
+    # Sorted: lines and rings then begin at the same places whatever the order of the samples.
+    points = sample.many[np.lexsort((sample.many[:, 1], sample.many[:, 0])), :2]
     thinning = min(CANDIDATES / len(points), 1.0)
     tape = approximate_tape(points, scale.balls, thinning, typical, extent, choices.smallness)
     if tape is None or tape.polygon.is_empty:
@@ -132,13 +133,13 @@ def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: 
     if any(not line.closed for line in curves):  # crossings that come right may bring ends together
         curves = _rejoined(sample, judged, curves, sigma, scale, radius)
     curves = _without_specks(judged, curves, sigma, extent)
-    smooth = refine_curves(judged, curves, sigma, True, passes=2, corners=False)
+    smooth = smoothed(judged, curves, sigma)
     nats = description_length(judged.points, smooth.curves, smooth.sigma, extent, flat=True)
     return Taped(
         tape=tape,
         skeleton=skeleton,
         graph=merged(skeleton.graph, samples),
-        curves=curves,
+        curves=begun_outermost(judged, curves, sigma),
         sigma=smooth.sigma,
         nats=nats + bending(smooth.curves, smooth.sigma, scale.curvature),
         explained=float(np.mean(smooth.feet.curve >= 0)),
@@ -169,7 +170,7 @@ def _rejoined(
     sample: Sample, judged: Sample, curves: Sequence[Polyline], sigma: float, scale: Scale, radius: float
 ) -> list[Polyline]:
     """Join loose ends, after a short refinement."""
-    smooth = refine_curves(judged, curves, sigma, True, passes=2, corners=False)
+    smooth = smoothed(judged, curves, sigma)
     share = len(judged.points) / len(sample.many)
     return joined(
         sample, smooth.curves, smooth.feet, share, max(smooth.sigma, 0.25 * CLEAN / scale.density), radius

@@ -31,6 +31,14 @@ def rotation(rng, dimension):
     return q
 
 
+def in_a_tilted_plane(points, seed, thickness=0.0):
+    """Points, (N, 3), in a random plane of space, and the turn that took them there."""
+    rng = np.random.default_rng(seed)
+    turn = rotation(rng, 3)
+    lifted = np.column_stack((points, thickness * rng.normal(size=len(points))))
+    return lifted @ turn.T + rng.normal(size=3), turn
+
+
 def distances(points, vertices, closed):
     """Distances, (N,), of points from a polyline in any dimension, by trying every segment."""
     ring = np.concatenate((vertices, vertices[:1])) if closed else vertices

@@ -9,10 +9,10 @@ from hypothesis.extra import numpy as hnp
 from core.errors import DegenerateInput, InvalidParameter, InvalidPoints, TapelineError
 from core.methods import partition, pca
 from core.parameters import PartitionParameters, PcaParameters
-from core.results import Curve
-from core.truth import names, oracle_rms, point_set, score
+from core.truth import names, oracle_rms, point_set
 from core.truth.families import BUILT_IN
-from tests.core.shapes import arc, deviation, diagonal, distances, line, rotation
+from tests.core.answers import assert_sound, moved_back, same_curves, scored, topology
+from tests.core.shapes import arc, diagonal, distances, in_a_tilted_plane, line, rotation
 
 SMOOTH = [f.name for f in BUILT_IN if f.smooth and f.non_crossing]
 SEEDS = st.integers(0, 2**32 - 1)
@@ -20,20 +20,6 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 def reconstruct(points, **parameters):
     return pca(points, PcaParameters(**parameters))
-
-
-def scored(answer, sample):
-    return score([(c.vertices, c.closed) for c in answer.curves], sample)
-
-
-def topology(answer):
-    return sorted(c.closed for c in answer.curves)
-
-
-def same_curves(one, two):
-    """Largest distance between the curves of two answers, each with its nearest of the same kind."""
-    assert topology(one) == topology(two)
-    return max(min(deviation(a, b) for b in two.curves if a.closed == b.closed) for a in one.curves)
 
 
 # ---------------------------------------------------------------- the right curves
@@ -125,12 +111,6 @@ def base(case):
     name, seed = case
     points = point_set(name, n=700, sigma=0.01, seed=seed).points
     return points, pca(points)
-
-
-def moved_back(answer, back):
-    """The curves of an answer in the frame of another."""
-    curves = [Curve(back(c.vertices), c.closed, c.component, c.length, c.samples, 0.0) for c in answer.curves]
-    return type("Answer", (), {"curves": curves})
 
 
 def assert_same(case, answer, back):
@@ -257,13 +237,6 @@ def test_any_form_of_array_will_do(form):
 
 
 # ---------------------------------------------------------------- space
-
-
-def in_a_tilted_plane(points, seed, thickness=0.0):
-    rng = np.random.default_rng(seed)
-    turn = rotation(rng, 3)
-    lifted = np.column_stack((points, thickness * rng.normal(size=len(points))))
-    return lifted @ turn.T + rng.normal(size=3), turn
 
 
 @pytest.mark.parametrize("planar", [None, True])
@@ -544,33 +517,6 @@ def test_what_is_no_point_set(points):
     with pytest.raises(InvalidPoints) as raised:
         pca(points)
     assert raised.value.loc[0] == "points"
-
-
-def assert_sound(answer, points):
-    points = np.asarray(points, np.float64)
-    low, high = points.min(axis=0) / 4, points.max(axis=0) / 4
-    extent = float((high - low).max())
-    assert answer.curves
-    for curve in answer.curves:
-        assert curve.vertices.ndim == 2
-        assert curve.vertices.shape[1] == points.shape[1]
-        assert len(curve.vertices) >= (3 if curve.closed else 2)
-        assert np.isfinite(curve.vertices).all()
-        # No curve leaves its samples by more than their own extent.
-        assert np.all(curve.vertices / 4 >= low - extent - 5e-324)
-        assert np.all(curve.vertices / 4 <= high + extent + 5e-324)
-        assert np.isfinite([curve.length, curve.rms_residual]).all()
-        assert 0 <= curve.samples <= len(points)
-    for crossing in answer.crossings:
-        assert np.isfinite(crossing.location).all()
-        assert 0.0 <= crossing.angle <= 90.0
-    assert answer.labels.shape == (len(points),)
-    assert answer.labels.max() < len(answer.curves)
-    assert np.array_equal(np.unique(answer.outliers), answer.outliers)
-    sampling = answer.sampling
-    assert np.isfinite([sampling.sigma, sampling.density, sampling.epsilon]).all()
-    assert sampling.sigma >= 0.0
-    assert sampling.density >= 0.0
 
 
 def assert_sound_or_refused(points, **parameters):

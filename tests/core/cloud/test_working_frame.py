@@ -68,6 +68,21 @@ def test_planar_input_stays_in_its_own_axes():
     assert frame.restore(work).shape == (30, 2)
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_a_rotated_or_mirrored_planar_cloud_that_is_turned_works_in_the_same_coordinates(seed, mirrored):
+    points = cloud(seed, 2)
+    turn = rotation(np.random.default_rng(seed), 2)
+    if mirrored:
+        turn[:, 0] *= -1.0
+    one, _ = working_frame(points, principal_frame(points).axes, True, turned=True)
+    moved = points @ turn.T
+    other, frame = working_frame(moved, principal_frame(moved).axes, True, turned=True)
+    np.testing.assert_allclose(one, other, atol=1e-9)
+    np.testing.assert_array_equal(other[:, 2], 0.0)
+    np.testing.assert_allclose(frame.restore(other), moved, atol=1e-12)
+
+
 def test_any_place_can_be_brought_back_not_only_the_points():
     points = cloud(1, 3)
     work, frame = to_work(points, flat=False)
