@@ -48,7 +48,8 @@ def tape_of(solved: Sequence[Solved]) -> tuple[TapePolygon, ...]:
     """The tape's polygons with their holes (§4.4.1)."""
     out = []
     for one, taped in _taped(solved):
-        for part in shapely.get_parts(shapely.orient_polygons(taped.tape.polygon)):
+        oriented = shapely.orient_polygons(taped.tape.polygon, exterior_cw=one.frame.mirrored)
+        for part in shapely.get_parts(oriented):
             outer, *holes = (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(part))
             placed = [_restored(one.frame, ring) for ring in (outer, *holes)]
             out.append(TapePolygon(placed[0], tuple(placed[1:]), one.component.label))

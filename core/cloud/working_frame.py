@@ -45,6 +45,11 @@ class WorkingFrame:
         """Length in input units of one working unit."""
         return self.way.scale
 
+    @property
+    def mirrored(self) -> bool:
+        """Whether the way back turns counter-clockwise rings into clockwise ones."""
+        return bool(np.linalg.det(self.axes) < 0.0)
+
     def restore(self, places: Floats) -> Floats:
         """Bring (M, 3) working coordinates back to (M, d) input coordinates."""
         return self.way.restore((places @ self.axes)[:, : self.dimension])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from core.cloud.sampling import Sample, Scale, spread_subsample
+from core.refine.crossings import crossings
 from core.refine.evidence import bending, description_length
 from core.refine.polyline import Polyline
 from core.tape.outermost import smoothed
@@ -34,6 +35,8 @@ MOST_TRIALS = 40  # with up to FEW curves; fewer with more, which take longer ea
 FEW = 4
 JUDGED = 3000  # samples by which readings are compared
 MARGIN = 3.0  # nats that going straight on may cost
+PARALLEL = 0.9  # cosine beyond which an end may as well run along
+TOUCH = 3.0  # in units: branches this near that do not cross may as well
 SPARSE = 1.5  # mean distances between samples that count as near
 DOUBT = 5.0  # nats that do not tell
 
@@ -113,7 +116,31 @@ def reconnected(
                 break
             if cost < nats + DOUBT:
                 doubts.append(best[approach.curves[0]].at(np.array(approach.stations[:1]))[0])
+    doubts += _touching(best, unit)
     return best, np.array(doubts).reshape(-1, 3)
+
+
+def _touching(curves: Sequence[Polyline], unit: float) -> list[Floats]:
+    """Places where two branches are within the noise of each other, and neither cross nor clearly end."""
+    met = np.array([meeting.place for meeting in crossings(curves)]).reshape(-1, 3)
+    out = []
+    for approach in approaches(curves, unit):
+        place = curves[approach.curves[0]].at(np.array(approach.stations[:1]))[0]
+        crossed = len(met) and np.linalg.norm(met - place, axis=1).min() < STRETCH * unit
+        if approach.gap < TOUCH * unit and not crossed and not _clear_end(curves, approach, unit):
+            out.append(place)
+    return out
+
+
+def _clear_end(curves: Sequence[Polyline], approach: Approach, unit: float) -> bool:
+    """Whether one branch ends there, at a clear angle to the other."""
+    free, ways = False, []
+    for k, s in zip(approach.curves, approach.stations, strict=True):
+        line = curves[k]
+        free |= not line.closed and min(s, line.length - s) < LOOK * unit
+        way = np.diff(line.at(np.array([s - LOOK * unit, s + LOOK * unit])), axis=0)[0]
+        ways.append(way / max(float(np.linalg.norm(way)), 1e-300))
+    return free and abs(float(ways[0] @ ways[1])) < PARALLEL
 
 
 def approaches(curves: Sequence[Polyline], unit: float) -> list[Approach]:

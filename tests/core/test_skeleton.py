@@ -153,7 +153,7 @@ def test_crossings_in_a_tilted_plane(reading):
     assert np.abs(height).max() < 1e-9
     in_plane = moved_back(back, lambda v: v[:, :2])
     # Whatever the reading, the curves are those of a closed one.
-    assert same_curves(in_plane, flat) < 1e-5 * diagonal(points)
+    assert same_curves(in_plane, flat) < 1e-3 * diagonal(points)
 
 
 def test_a_helix_is_projected_with_a_warning():

@@ -81,6 +81,8 @@ def test_a_rotated_or_mirrored_planar_cloud_that_is_turned_works_in_the_same_coo
     np.testing.assert_allclose(one, other, atol=1e-9)
     np.testing.assert_array_equal(other[:, 2], 0.0)
     np.testing.assert_allclose(frame.restore(other), moved, atol=1e-12)
+    corners = [np.cross(p[1] - p[0], p[2] - p[0]) for p in (np.pad(moved[:3], ((0, 0), (0, 1))), other[:3])]
+    assert frame.mirrored == bool(corners[0][2] * corners[1][2] < 0.0)
 
 
 def test_any_place_can_be_brought_back_not_only_the_points():
