@@ -185,9 +185,11 @@ def _prepared(points: Floats, members: Ints, component: Component, parameters: C
 
 def _require_room(parameters: CommonParameters, work: Floats, frame: WorkingFrame) -> None:
     """Refuse a spacing of vertices that no memory could hold."""
-    diagonal = float(np.linalg.norm(np.ptp(work, axis=0)))
     wished = parameters.vertex_spacing
-    if wished is not None and wished * MOST_VERTICES < diagonal * frame.scale:
+    if wished is None:
+        return
+    diagonal = float(np.linalg.norm(np.ptp(work, axis=0)))
+    if wished * MOST_VERTICES < diagonal * frame.scale:
         raise InvalidParameter(
             f"vertex_spacing would make more than {MOST_VERTICES} vertices; give a larger one.",
             ("parameters", "vertex_spacing"),
@@ -288,9 +290,10 @@ def _refined(one: _Prepared, curves: Sequence[Polyline], sigma: float) -> Refine
     cut = CUTS[one.parameters.outliers]
     settle = refine_curves if one.parameters.refine else as_they_are
     refined = settle(one.sample, curves, sigma, one.frame.flat, cut, one.spacing)
-    if _strays(refined, one.sample.points):  # a blob without a course: no fit holds
-        refined = _as_they_are(one, curves, sigma)
-    return None if _strays(refined, one.sample.points) else refined
+    if not _strays(refined, one.sample.points):
+        return refined
+    rough = _as_they_are(one, curves, sigma)  # a blob without a course: no fit holds
+    return None if _strays(rough, one.sample.points) else rough
 
 
 def _as_they_are(one: _Prepared, curves: Sequence[Polyline], sigma: float) -> Refined:

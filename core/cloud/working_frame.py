@@ -83,6 +83,8 @@ def working_frame(
     if points.shape[1] == 2:
         axes = axes if turned else np.eye(3)
         unit, flat = np.concatenate([unit, np.zeros((len(unit), 1))], axis=1), True
+        if not turned:
+            return unit, WorkingFrame(way, axes, 2, flat)
     work = unit @ axes.T
     if flat:
         work[:, 2] = 0.0

@@ -32,7 +32,7 @@ def share_inside(polygon, points):
 @settings(max_examples=15, deadline=None)
 @given(SEEDS, SIGMAS)
 def test_the_tape_of_a_ring_has_one_part_with_one_hole(seed, sigma):
-    points = arc(600, sigma, seed=seed)
+    points = arc(1500, sigma, seed=seed)
     polygon = tape_of(points).polygon
     assert polygon.is_valid
     assert (len(polygon.geoms), holes(polygon)) == (1, 1)
@@ -42,7 +42,7 @@ def test_the_tape_of_a_ring_has_one_part_with_one_hole(seed, sigma):
 @settings(max_examples=15, deadline=None)
 @given(SEEDS, SIGMAS)
 def test_the_tape_of_an_open_arc_has_no_hole(seed, sigma):
-    points = arc(600, sigma, turn=4.0, seed=seed)
+    points = arc(1500, sigma, turn=4.0, seed=seed)
     polygon = tape_of(points).polygon
     assert polygon.is_valid
     assert (len(polygon.geoms), holes(polygon)) == (1, 0)
