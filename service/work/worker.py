@@ -39,13 +39,15 @@ class Worker:
     @asynccontextmanager
     async def start(cls, environment: Mapping[str, str]) -> AsyncIterator[Self]:
         """Start a process, and end it with the block."""
-        process = await anyio.open_process(
-            [sys.executable, "-P", "-m", "service.work.child", str(os.getpid())],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=None,  # the server's own: its log
-            env=_environment(environment),
-        )
+        # Were the start itself cancelled, nobody would know of the process that it has made.
+        with anyio.CancelScope(shield=True):
+            process = await anyio.open_process(
+                [sys.executable, "-P", "-m", "service.work.child", str(os.getpid())],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=None,  # the server's own: its log
+                env=_environment(environment),
+            )
         assert process.stdin is not None  # noqa: S101 # both are pipes, as ordered above
         assert process.stdout is not None  # noqa: S101
         worker = cls(process, process.stdin, process.stdout)
