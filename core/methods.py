@@ -30,8 +30,8 @@ from core.report import report
 from core.results import Component, Partition, Reconstruction
 from core.solved import Solved
 from core.tape.readings import read_crossings
-from core.tape.small_triangles import CLEAN, Smallness
-from core.tape.solve import CLEARLY, Choices, Taped, solve_tape
+from core.tape.small_triangles import Smallness
+from core.tape.solve import CLEARLY, Choices, Taped, has_no_width, solve_tape
 
 __all__ = ["partition", "pca", "skeleton"]
 
@@ -239,7 +239,7 @@ def _tape(one: _Prepared, parameters: SkeletonParameters) -> Solved | None:
         if chain is not None and (refined is None or len(chain) <= len(refined.curves)):
             refined = _as_they_are(one, chain, 0.0)
     marched = None
-    if refined is None or _leaves_too_many(refined) or _has_no_width(one):
+    if refined is None or _leaves_too_many(refined) or (one.scale and has_no_width(one.scale)):
         rival = _march(one, PcaParameters(outliers=parameters.outliers, seed=parameters.seed))
         if rival is not None and (refined is None or _is_better(one, rival.refined, refined)):
             refined, marched = rival.refined, rival.march
@@ -249,11 +249,6 @@ def _tape(one: _Prepared, parameters: SkeletonParameters) -> Solved | None:
         read = read_crossings(refined.curves, parameters.crossings, refined.sigma, TOUCHING * refined.sigma)
         refined = replace(_as_they_are(one, read, refined.sigma), sigma=refined.sigma)
     return _solved(one, refined, march=marched, tape=taped)
-
-
-def _has_no_width(one: _Prepared) -> bool:
-    """Whether the noise is so small beside the distance of samples that a tape is hardly one."""
-    return one.scale is not None and one.scale.sigma * one.scale.density < CLEAN
 
 
 def _is_better(one: _Prepared, rival: Refined, refined: Refined) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from core.refine.polyline import Polyline
 from core.tape.medial_axis import MedialAxis
 
 __all__ = ["Graph", "GraphEdge", "skeleton_graph"]
@@ -34,6 +35,11 @@ class GraphEdge:
     ends: tuple[int, int]
     places: Floats
     radius: Floats
+
+    @property
+    def line(self) -> Polyline:
+        """Its course in the plane z = 0."""
+        return Polyline(np.column_stack([self.places, np.zeros(len(self.places))]), False)
 
     @property
     def length(self) -> float:

@@ -158,8 +158,7 @@ def _one_a_fork(ends: Ints, length: Floats, wanted: NDArray[np.bool_]) -> NDArra
 
 def _arm(edge: GraphEdge, key: ArmKey, radius: float) -> Arm:
     """The arm's tangent where it leaves the disc, of the parabola through three places on it."""
-    places = edge.places if key[1] == 0 else edge.places[::-1]
-    line = Polyline(np.column_stack([places, np.zeros(len(places))]), False)
+    line = edge.line if key[1] == 0 else Polyline(edge.line.vertices[::-1], False)
     length = line.length
     near, far = min(TRIM * radius, 0.2 * length), min(TANGENT * radius, 0.45 * length)
     p, q, r = line.at(np.array([near, 0.5 * (near + far), far]))[:, :2]

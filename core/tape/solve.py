@@ -22,7 +22,7 @@ from core.tape.small_triangles import CLEAN, Smallness
 from core.tape.tape import Tape, approximate_tape
 from core.tape.trace import straight_through
 
-__all__ = ["CLEARLY", "Choices", "Taped", "solve_tape"]
+__all__ = ["CLEARLY", "Choices", "Taped", "has_no_width", "solve_tape"]
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +33,7 @@ SURE = 0.6  # share of balls that met curvature
 DOUBT = 0.03  # share of samples left over
 CLEARLY = 10.0  # nats by which a later tape must be better
 NEAR = 3.0  # in sigma: samples of an edge
+CLEAN_CHORD = 0.25  # of the noise that makes no difference to a tape: none to a chord between samples
 SPECK = 40  # samples from which on a curve is no chance alignment of outliers
 MOST_SPECKS = 30  # looked at
 LEAST_LENGTH = 3.0  # in sigma: shorter curves are specks
@@ -100,15 +101,24 @@ def solve_tape(sample: Sample, scale: Scale, extent: float, choices: Choices) ->
     judged = Sample.of(sample.few[spread_subsample(sample.few, JUDGED)])
     # Most optimal balls meet curvature; where they do not they may span several branches.
     sure = bool(np.mean(scale.balls.interior[scale.balls.found]) > SURE) or choices.smallness.f_l is not None
-    clean = scale.sigma * scale.density < CLEAN
     for level in LEVELS:
         scaled = replace(choices, smallness=replace(choices.smallness, level=level))
         one = _once(sample, judged, scale, extent, scaled)
         if one is not None and (best is None or one.nats < best.nats - CLEARLY):
             best = one
-        if clean or (sure and one is not None and one.explained > 1.0 - DOUBT):
+        if has_no_width(scale) or (sure and one is not None and one.explained > 1.0 - DOUBT):
             break
     return best
+
+
+def has_no_width(scale: Scale) -> bool:
+    """Whether the noise is so small beside the distance of samples that a tape is hardly one.
+
+    Parameters
+    ----------
+    scale : Scale
+    """
+    return scale.sigma * scale.density < CLEAN
 
 
 def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: Choices) -> Taped | None:
@@ -172,14 +182,13 @@ def _rejoined(
     """Join loose ends, after a short refinement."""
     smooth = smoothed(judged, curves, sigma)
     share = len(judged.points) / len(sample.many)
-    return joined(
-        sample, smooth.curves, smooth.feet, share, max(smooth.sigma, 0.25 * CLEAN / scale.density), radius
-    )
+    noise = max(smooth.sigma, CLEAN_CHORD * CLEAN / scale.density)
+    return joined(sample, smooth.curves, smooth.feet, share, noise, radius)
 
 
 def _samples_along(sample: Sample, graph: Graph, reach: float) -> Floats:
     """How many samples each edge of the graph has."""
-    lines = [Polyline(np.column_stack([e.places, np.zeros(len(e.places))]), False) for e in graph.edges]
+    lines = [edge.line for edge in graph.edges]
     if not lines:
         return np.zeros(0)
     feet = project(sample.few, lines, reach)

@@ -66,8 +66,7 @@ def _follow(
 
 def _course(graph: Graph, number: int, end: int, trimmed: dict[ArmKey, float]) -> Floats:
     """An edge's places from one end to the other, without what its junctions took."""
-    places = graph.edges[number].places
-    line = Polyline(np.column_stack([places, np.zeros(len(places))]), False)
+    line = graph.edges[number].line
     low, high = trimmed.get((number, 0), 0.0), line.length - trimmed.get((number, 1), 0.0)
     stations = line.stations
     inner = stations[(stations > low) & (stations < high)]
