@@ -2,47 +2,43 @@
 
 ``partition`` (§3.3); ``pca`` (§4.1, 4.2): partition, scale and project on the best plane,
 march, join, refine, and back into the user's frame; ``skeleton`` (§4.1, 4.3 - 4.5): the
-same, with the tape polygon and its skeleton in place of the march.
+same, with the tape polygon and its skeleton in place of the march; ``reconstruct``: the one of
+both that explains the samples better, component by component; ``diagnose``: what ``reconstruct``
+learns about the samples, without the last pass over all of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from core.cloud.frame import is_quasi_planar
+from core.arbiter import arbitrated, overall
+from core.candidates import Candidate, by_march, by_neighbours, by_tape, crossings_read
 from core.cloud.partition import partition as _partition
-from core.cloud.points import as_points, distinct
-from core.cloud.sampling import Sample, Scale, estimate_scale
-from core.cloud.working_frame import WorkingFrame, working_frame
-from core.errors import DegenerateInput, InvalidParameter
-from core.march.chain import chain_neighbours
-from core.march.fragments import Pace
-from core.march.solve import Marched, solve_march
-from core.parameters import CommonParameters, PartitionParameters, PcaParameters, SkeletonParameters
+from core.cloud.points import as_points
+from core.errors import DegenerateInput
+from core.parameters import (
+    CommonParameters,
+    PartitionParameters,
+    PcaParameters,
+    ReconstructParameters,
+    SkeletonParameters,
+)
+from core.prepared import Prepared, prepared
 from core.refine.evidence import description_length
-from core.refine.polyline import Polyline
-from core.refine.principal_curve import CUT, Refined, as_they_are, refine_curves
-from core.report import report
-from core.results import Component, Partition, Reconstruction
+from core.report import diagnosis_of, report
+from core.results import Diagnosis, Partition, Reconstruction
 from core.solved import Solved
-from core.tape.readings import read_crossings
-from core.tape.small_triangles import Smallness
-from core.tape.solve import CLEARLY, Choices, Taped, has_no_width, solve_tape
+from core.tape.solve import CLEARLY, has_no_width
 
-__all__ = ["partition", "pca", "skeleton"]
+__all__ = ["diagnose", "partition", "pca", "reconstruct", "skeleton"]
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 LEAST_POINTS = 6
-LEAST_EXPLAINED = 0.9  # share of samples on the found curves, below which neighbours are linked instead
-MOST_VERTICES = 1_000_000  # along the diagonal of a component's box
-CUTS = {"auto": CUT, "keep": 5.0, "reject": 3.0}  # in sigma
-TOUCHING = 4.0  # in sigma: a curve that ends this near another ends on it
 
 
 def partition(points: ArrayLike, parameters: PartitionParameters | None = None) -> Partition:
@@ -85,7 +81,7 @@ def pca(
         When the points determine no curve.
     """
     points, parameters = as_points(points), parameters or PcaParameters()
-    parts, solved = _solve(points, parameters, lambda one: _march(one, parameters))
+    parts, solved = _solve(points, parameters, lambda one: _marched(one, parameters))
     return report("pca", "the PCA march was asked for", points, parts, solved, stages)
 
 
@@ -113,33 +109,72 @@ def skeleton(
         When the points determine no curve.
     """
     points, parameters = as_points(points), parameters or SkeletonParameters()
-    parts, solved = _solve(points, parameters, lambda one: _tape(one, parameters))
+    parts, solved = _solve(points, parameters, lambda one: _taped(one, parameters))
     return report("skeleton", "the skeleton was asked for", points, parts, solved, stages)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Prepared:
-    """A component in working coordinates (§4.1), and what its samples say of themselves."""
+def reconstruct(
+    points: ArrayLike, parameters: ReconstructParameters | None = None, *, stages: bool = False
+) -> Reconstruction:
+    """Reconstruct curves by the method that each component calls for.
 
-    component: Component
-    members: Ints
-    frame: WorkingFrame
-    sample: Sample
-    once: Sample
-    scale: Scale | None
-    extent: float
-    quasi_planar: bool
-    parameters: CommonParameters
+    Parameters
+    ----------
+    points : array_like, (N, 2) or (N, 3)
+        Noisy, unorganised samples of one or several curves, which may cross.
+    parameters : ReconstructParameters, optional
+        By default everything follows from the data.
+    stages : bool
+        Whether to return the intermediate results of the answer's ``method`` as well.
 
-    @property
-    def spacing(self) -> float | None:
-        """The wished spacing of vertices in working units."""
-        wished = self.parameters.vertex_spacing
-        return None if wished is None else wished / self.frame.scale
+    Returns
+    -------
+    Reconstruction
+        With ``decisions``, why each component got its curves, and ``alternatives``, what the
+        other method would have given.
+
+    Raises
+    ------
+    InvalidPoints
+        When the shape, the type or a value is wrong.
+    InvalidParameter
+        When a length is out of all proportion to the points.
+    DegenerateInput
+        When the points determine no curve.
+    """
+    points, parameters = as_points(points), parameters or ReconstructParameters()
+    parts, solved = _solve(points, parameters, lambda one: arbitrated(one, parameters))
+    method, reason = overall(solved)
+    return report(method, reason, points, parts, solved, stages)
+
+
+def diagnose(points: ArrayLike, parameters: ReconstructParameters | None = None) -> Diagnosis:
+    """Tell noise, density and Nyquist compliance of a point set (§1), and which method it calls for.
+
+    Curves are found as in :func:`reconstruct`, but refined with at most 20 000 samples of each component.
+
+    Parameters
+    ----------
+    points : array_like, (N, 2) or (N, 3)
+    parameters : ReconstructParameters, optional
+
+    Raises
+    ------
+    InvalidPoints
+        When the shape, the type or a value is wrong.
+    InvalidParameter
+        When a length is out of all proportion to the points.
+    DegenerateInput
+        When the points determine no curve.
+    """
+    points, parameters = as_points(points), parameters or ReconstructParameters()
+    parts, solved = _solve(points, parameters, lambda one: arbitrated(replace(one, hasty=True), parameters))
+    method, reason = overall(solved)
+    return diagnosis_of(method, reason, points, parts, solved)
 
 
 def _solve(
-    points: Floats, parameters: CommonParameters, method: Callable[[_Prepared], Solved | None]
+    points: Floats, parameters: CommonParameters, method: Callable[[Prepared], Solved | None]
 ) -> tuple[Partition, list[Solved]]:
     """Partition the points, and solve each component."""
     _require_enough(points)
@@ -147,7 +182,7 @@ def _solve(
     solved = []
     for component in parts.components:
         members = np.flatnonzero(parts.labels == component.label)
-        one = method(_prepared(points[members], members, component, parameters))
+        one = method(prepared(points[members], members, component, parameters))
         if one is not None:
             solved.append(one)
     if not solved:
@@ -169,139 +204,38 @@ def _require_enough(points: Floats) -> None:
         )
 
 
-def _prepared(points: Floats, members: Ints, component: Component, parameters: CommonParameters) -> _Prepared:
-    planar = parameters.planar if isinstance(parameters, PcaParameters) else True
-    in_plane = points.shape[1] == 2 or planar is False or is_quasi_planar(points)
-    turned = isinstance(parameters, SkeletonParameters)
-    work, frame = working_frame(points, component.frame.axes, in_plane if planar is None else planar, turned)
-    _require_room(parameters, work, frame)
-    sample = Sample.of(work)
-    extent = float(np.sqrt(np.einsum("ij,ij->i", work, work).max()))
-    once = distinct(work)  # a ball of repetitions would be a perfect line
-    once_sample = sample if once is work else Sample.of(once)
-    scale = estimate_scale(once_sample, extent, frame.flat) if extent > 0 else None
-    return _Prepared(component, members, frame, sample, once_sample, scale, extent, in_plane, parameters)
+def _marched(one: Prepared, parameters: PcaParameters) -> Solved | None:
+    """One component by the PCA march; linked neighbours where it leaves too many samples."""
+    candidate = by_march(one, parameters)
+    if candidate is None or candidate.leaves_too_many:
+        candidate = by_neighbours(one) or candidate
+    return None if candidate is None else candidate.solved(one)
 
 
-def _require_room(parameters: CommonParameters, work: Floats, frame: WorkingFrame) -> None:
-    """Refuse a spacing of vertices that no memory could hold."""
-    wished = parameters.vertex_spacing
-    if wished is None:
-        return
-    diagonal = float(np.linalg.norm(np.ptp(work, axis=0)))
-    if wished * MOST_VERTICES < diagonal * frame.scale:
-        raise InvalidParameter(
-            f"vertex_spacing would make more than {MOST_VERTICES} vertices; give a larger one.",
-            ("parameters", "vertex_spacing"),
-        )
-
-
-def _marched(one: _Prepared, parameters: PcaParameters) -> Marched | None:
-    if one.scale is None:
+def _taped(one: Prepared, parameters: SkeletonParameters) -> Solved | None:
+    """One component by its skeleton; the march stands in where there is no tape, or hardly one."""
+    candidate = by_tape(one, parameters)
+    tape = candidate.tape if candidate else None
+    if candidate is None or candidate.leaves_too_many:
+        linked = by_neighbours(one)
+        if linked is not None and (
+            candidate is None or len(linked.refined.curves) <= len(candidate.refined.curves)
+        ):
+            candidate = linked
+    if candidate is None or candidate.leaves_too_many or (one.scale and has_no_width(one.scale)):
+        rival = by_march(one, PcaParameters(outliers=parameters.outliers, seed=parameters.seed))
+        if rival is not None and (candidate is None or _is_better(one, rival, candidate)):
+            candidate = rival
+    if candidate is None:
         return None
-    pace = Pace(
-        one.scale,
-        one.extent,
-        one.frame.flat,
-        radius=(parameters.radius or 0.0) / one.frame.scale,
-        step=(parameters.step or 0.0) / one.frame.scale,
-        max_uses=parameters.max_uses or 0,
-        estimator=parameters.estimator,
-        seed=parameters.seed,
-    )
-    return solve_march(one.once, pace)
+    return replace(crossings_read(one, candidate, parameters.crossings).solved(one), tape=tape)
 
 
-def _march(one: _Prepared, parameters: PcaParameters) -> Solved | None:
-    """One component by the PCA march (§4.2); None where nothing lines up."""
-    marched = _marched(one, parameters)
-    refined = _refined(one, marched.curves, one.scale.sigma) if marched and one.scale else None
-    if refined is None or _leaves_too_many(refined):
-        chain = chain_neighbours(one.sample.points)
-        if chain is not None:
-            refined, marched = _as_they_are(one, chain, 0.0), None
-    return None if refined is None else _solved(one, refined, march=marched)
-
-
-def _tape(one: _Prepared, parameters: SkeletonParameters) -> Solved | None:
-    """One component by the tape polygon and its skeleton (§4.3 - 4.5); None where nothing lines up."""
-    taped = None
-    if one.scale is not None:
-        choices = Choices(
-            Smallness(parameters.f_d, parameters.f_a, parameters.f_l),
-            parameters.resample / one.frame.scale if parameters.resample else None,
-            parameters.prune,
-        )
-        taped = solve_tape(one.once, one.scale, one.extent, choices)
-    refined = _refined(one, taped.curves, taped.sigma) if taped else None
-    if refined is None or _leaves_too_many(refined):
-        chain = chain_neighbours(one.sample.points)
-        if chain is not None and (refined is None or len(chain) <= len(refined.curves)):
-            refined = _as_they_are(one, chain, 0.0)
-    marched = None
-    if refined is None or _leaves_too_many(refined) or (one.scale and has_no_width(one.scale)):
-        rival = _march(one, PcaParameters(outliers=parameters.outliers, seed=parameters.seed))
-        if rival is not None and (refined is None or _is_better(one, rival.refined, refined)):
-            refined, marched = rival.refined, rival.march
-    if refined is None:
-        return None
-    if parameters.crossings != "through":
-        read = read_crossings(refined.curves, parameters.crossings, refined.sigma, TOUCHING * refined.sigma)
-        refined = replace(_as_they_are(one, read, refined.sigma), sigma=refined.sigma)
-    return _solved(one, refined, march=marched, tape=taped)
-
-
-def _is_better(one: _Prepared, rival: Refined, refined: Refined) -> bool:
+def _is_better(one: Prepared, rival: Candidate, candidate: Candidate) -> bool:
     """Whether curves explain the samples clearly better than others."""
-    sigma = max(rival.sigma, refined.sigma)
+    sigma = max(rival.refined.sigma, candidate.refined.sigma)
     told, wished = (
-        description_length(one.sample.few, each.curves, sigma, one.extent, one.frame.flat)
-        for each in (refined, rival)
+        description_length(one.sample.few, each.refined.curves, sigma, one.extent, one.frame.flat)
+        for each in (candidate, rival)
     )
     return wished < told - CLEARLY
-
-
-def _solved(
-    one: _Prepared, refined: Refined, march: Marched | None = None, tape: Taped | None = None
-) -> Solved:
-    return Solved(
-        component=one.component,
-        members=one.members,
-        points=one.sample.points,
-        frame=one.frame,
-        refined=refined,
-        outliers=one.parameters.outliers,
-        bent=None if one.quasi_planar else "projected" if one.frame.flat else "marched in 3D",
-        scale=one.scale,
-        march=march,
-        tape=tape,
-    )
-
-
-def _refined(one: _Prepared, curves: Sequence[Polyline], sigma: float) -> Refined | None:
-    """The common refinement; None where the curves stray from their samples."""
-    if not curves:
-        return None
-    cut = CUTS[one.parameters.outliers]
-    settle = refine_curves if one.parameters.refine else as_they_are
-    refined = settle(one.sample, curves, sigma, one.frame.flat, cut, one.spacing)
-    if not _strays(refined, one.sample.points):
-        return refined
-    rough = _as_they_are(one, curves, sigma)  # a blob without a course: no fit holds
-    return None if _strays(rough, one.sample.points) else rough
-
-
-def _as_they_are(one: _Prepared, curves: Sequence[Polyline], sigma: float) -> Refined:
-    cut = CUTS[one.parameters.outliers]
-    return as_they_are(one.sample, curves, sigma, one.frame.flat, cut, one.spacing)
-
-
-def _leaves_too_many(refined: Refined) -> bool:
-    return bool(np.mean(refined.feet.curve >= 0) < LEAST_EXPLAINED)
-
-
-def _strays(refined: Refined, points: Floats) -> bool:
-    """Whether a curve leaves the box of its points by more than a quarter of the box."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    room = 0.25 * float(np.max(high - low))
-    return any(np.any((c.vertices < low - room) | (c.vertices > high + room)) for c in refined.curves)

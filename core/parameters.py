@@ -11,7 +11,13 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = ["CommonParameters", "PartitionParameters", "PcaParameters", "SkeletonParameters"]
+__all__ = [
+    "CommonParameters",
+    "PartitionParameters",
+    "PcaParameters",
+    "ReconstructParameters",
+    "SkeletonParameters",
+]
 
 Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -129,4 +135,14 @@ class SkeletonParameters(CommonParameters):
         le=100,
         description="Leaves of the skeleton that reach beyond the disc at their fork by less than this "
         "many of its radii are hair (§7). Null: 2.",
+    )
+
+
+class ReconstructParameters(PcaParameters, SkeletonParameters):
+    """Parameters of the reconstruction by the method that the data call for: those of both methods."""
+
+    method: Literal["auto", "pca", "skeleton"] = Field(
+        "auto",
+        description="'auto': each component gets the curves that explain its samples better; 'pca' and "
+        "'skeleton': only that method is run.",
     )

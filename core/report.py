@@ -3,39 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from core.cloud.points import LARGEST
+from core.diagnosis.sampling import sampling_of, verdict_of
 from core.march.strip import N_ALL
 from core.march.walk import RADIUS
-from core.nyquist import LEAST_GAP, branch_gaps
 from core.refine.crossings import Meeting, crossings
 from core.results import (
     Ball,
     Crossing,
     Curve,
-    Nyquist,
+    Diagnosis,
+    Evidence,
     Partition,
     Reconstruction,
-    Sampling,
     SkeletonStages,
     Stages,
-    Violation,
     Warn,
 )
 from core.skeleton_report import containment_of, graph_of, skeleton_stages, skeleton_warnings, tape_of
 from core.solved import Solved
 
-__all__ = ["report"]
+__all__ = ["diagnosis_of", "report"]
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 STRICT = 3.0  # in sigma: what "reject" leaves out
 BLUR = 3.0  # in sigma: how far beyond a junction an end may go
-LARGEST = float(np.finfo(np.float64).max)  # lengths beyond it cannot be said
 
 
 def report(
@@ -52,6 +52,70 @@ def report(
     stages : bool
         Whether to add the intermediate results.
     """
+    found = _assembled(points, parts, solved)
+    taped = any(one.tape is not None for one in solved) or method == "skeleton"
+    decisions, alternatives = _evidence(solved)
+    return Reconstruction(
+        method=method,
+        reason=reason,
+        curves=found.curves,
+        crossings=found.crossings,
+        outliers=found.outliers,
+        sampling=sampling_of(found.curves, solved, parts),
+        frames=tuple(one.component.frame for one in solved),
+        warnings=_warnings(method, parts, solved),
+        tape=tape_of(solved) if taped else None,
+        containment=containment_of(solved) if taped else None,
+        graph=graph_of(solved) if taped else None,
+        decisions=decisions or None,
+        alternatives=alternatives if decisions else None,
+        stages=_stages(method, solved) if stages else None,
+        labels=found.labels,
+    )
+
+
+def diagnosis_of(
+    method: str, reason: str, points: Floats, parts: Partition, solved: Sequence[Solved]
+) -> Diagnosis:
+    """Assemble what is known of the samples, without the curves.
+
+    Parameters
+    ----------
+    method, reason : str
+    points : (N, d) array
+    parts : Partition
+    solved : sequence of Solved
+    """
+    found = _assembled(points, parts, solved)
+    sampling = sampling_of(found.curves, solved, parts)
+    decisions, alternatives = _evidence(solved)
+    return Diagnosis(
+        method=method,
+        reason=reason,
+        verdict=verdict_of(sampling),
+        curves=len(found.curves),
+        closed=sum(curve.closed for curve in found.curves),
+        crossings=len(found.crossings),
+        outliers=found.outliers,
+        sampling=sampling,
+        frames=tuple(one.component.frame for one in solved),
+        decisions=decisions,
+        alternatives=alternatives,
+        warnings=_warnings(method, parts, solved),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Assembled:
+    """Curves of all components together; ``labels`` is the curve of each point, -1 for none."""
+
+    curves: tuple[Curve, ...]
+    crossings: tuple[Crossing, ...]
+    outliers: Ints
+    labels: Ints
+
+
+def _assembled(points: Floats, parts: Partition, solved: Sequence[Solved]) -> _Assembled:
     curves: list[Curve] = []
     meetings: list[Crossing] = []
     labels = np.full(len(points), -1, np.int64)
@@ -63,25 +127,13 @@ def report(
         outside[one.members[far]] = True
         curves += _curves(one, own)
         meetings += _crossings(one, first)
-    return Reconstruction(
-        method=method,
-        reason=reason,
-        curves=tuple(curves),
-        crossings=tuple(meetings),
-        outliers=np.flatnonzero(outside),
-        sampling=_sampling(curves, solved, parts),
-        frames=tuple(one.component.frame for one in solved),
-        warnings=(
-            *parts.warnings,
-            *_warnings(solved),
-            *(skeleton_warnings(solved) if method == "skeleton" else []),
-        ),
-        tape=tape_of(solved) if method == "skeleton" else None,
-        containment=containment_of(solved) if method == "skeleton" else None,
-        graph=graph_of(solved) if method == "skeleton" else None,
-        stages=_stages(method, solved) if stages else None,
-        labels=labels,
-    )
+    return _Assembled(tuple(curves), tuple(meetings), np.flatnonzero(outside), labels)
+
+
+def _evidence(solved: Sequence[Solved]) -> tuple[tuple[Evidence, ...], tuple[Evidence, ...]]:
+    """Evidence for what was chosen, and for what was not."""
+    chosen = tuple(one.evidence[0] for one in solved if one.evidence)
+    return chosen, tuple(each for one in solved for each in one.evidence[1:])
 
 
 def _samples(one: Solved, total: int) -> tuple[Ints, NDArray[np.bool_]]:
@@ -109,9 +161,16 @@ def _curves(one: Solved, own: Ints) -> list[Curve]:
                 length=min(line.length * one.frame.scale, LARGEST),
                 samples=len(distance),
                 rms_residual=min(residual * one.frame.scale, LARGEST),
+                standard_errors=_in_units(one.refined.errors[k], one.frame.scale),
             )
         )
     return out
+
+
+def _in_units(errors: Floats, scale: float) -> Floats | None:
+    """Standard errors in the user's units; None where the curve was not fitted."""
+    with np.errstate(over="ignore"):
+        return None if np.isnan(errors).any() else np.minimum(errors * scale, LARGEST)
 
 
 def _crossings(one: Solved, first: int) -> list[Crossing]:
@@ -133,47 +192,15 @@ def _ends_there(one: Solved, meeting: Meeting) -> bool:
     return False
 
 
-def _sampling(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partition) -> Sampling:
-    samples = sum(c.samples for c in curves)
-    length = sum(c.length for c in curves)
-    weights = np.array([len(one.members) for one in solved], np.float64)
-    sigmas = np.array([one.refined.sigma * one.frame.scale for one in solved])
-    largest = max(float(sigmas.max()), float(np.finfo(np.float64).tiny))  # squares of huge ones overflow
-    sigma = largest * float(np.sqrt(np.average((sigmas / largest) ** 2, weights=weights)))
-    # Of coordinates near the smallest doubles there are more samples a unit than doubles can say.
-    density = min(samples / length, LARGEST) if length > 0 else 0.0
-    return Sampling(sigma, density, parts.epsilon, _nyquist(solved))
-
-
-def _nyquist(solved: Sequence[Solved]) -> Nyquist:
-    """The least distance between branches, and every place where it is too small."""
-    violations: list[Violation] = []
-    margin: float | None = None
-    for one in solved:
-        sigma = one.refined.sigma
-        meetings = crossings(one.refined.curves) if one.frame.flat else []
-        for place, gap in branch_gaps(one.refined.curves, sigma):
-            if any(np.linalg.norm(m.place - place) < 12.0 * sigma + 2.0 * gap for m in meetings):
-                continue
-            sigmas = gap / sigma
-            margin = sigmas if margin is None else min(margin, sigmas)
-            if sigmas < LEAST_GAP:
-                location = one.frame.restore(place[None])[0]
-                reason = (
-                    f"two branches only {sigmas:.1f} sigma apart: noise must stay below half of the detail"
-                )
-                violations.append(Violation(location, float(sigmas), reason))
-    return Nyquist(not violations, margin, tuple(violations))
-
-
-def _warnings(solved: Sequence[Solved]) -> list[Warn]:
-    out = []
+def _warnings(method: str, parts: Partition, solved: Sequence[Solved]) -> tuple[Warn, ...]:
+    asked = method == "skeleton" and all(one.method is None for one in solved)
+    out = list(parts.warnings)
     for one in solved:
         if one.bent is not None:
             message = f"Component {one.component.label} does not lie in a plane; it was {one.bent}."
             origin = one.component.frame.origin
             out.append(Warn("not-quasi-planar", message, tuple(float(x) for x in origin)))
-    return out
+    return (*out, *skeleton_warnings(solved, asked))
 
 
 def _stages(method: str, solved: Sequence[Solved]) -> Stages | SkeletonStages:

@@ -14,10 +14,14 @@ from numpy.typing import NDArray
 __all__ = [
     "Ball",
     "Component",
+    "ComponentSampling",
     "Containment",
     "Crossing",
     "Curve",
+    "CurveGap",
     "Delaunay",
+    "Diagnosis",
+    "Evidence",
     "Frame",
     "Graph",
     "GraphEdge",
@@ -26,6 +30,7 @@ __all__ = [
     "Partition",
     "Reconstruction",
     "Sampling",
+    "SigmaAlong",
     "SkeletonStages",
     "Stages",
     "TapePolygon",
@@ -108,6 +113,8 @@ class Curve:
         Number of samples that this curve explains.
     rms_residual : float
         RMS distance of those samples from the curve.
+    standard_errors : (M,) array or None
+        Pointwise standard error at the vertices, across the curve; None where the curve was not fitted.
     """
 
     vertices: Floats
@@ -116,6 +123,7 @@ class Curve:
     length: float
     samples: int
     rms_residual: float
+    standard_errors: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,34 +137,141 @@ class Crossing:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Violation:
-    """A place where the sample is not Nyquist-compliant (§1); ``gap_sigmas`` in units of sigma."""
+    """A place where the sample is not Nyquist-compliant (§1).
+
+    Attributes
+    ----------
+    location : (d,) array
+    gap_sigmas : float
+        Size of the detail there, in units of sigma.
+    reason : str
+        What is wrong, in one sentence.
+    kind : str
+        Stable name: ``branches-too-near``, ``branches-hidden``, ``turn-too-sharp`` or ``gap-in-samples``.
+    advice : str
+        What to do about it.
+    """
 
     location: Floats
     gap_sigmas: float
     reason: str
+    kind: str = "branches-too-near"
+    advice: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nyquist:
-    """Whether the noise is below half of the smallest detail, and by what margin (in sigma)."""
+    """Whether the noise is below half of the smallest detail (§1), and by what margin.
+
+    ``margin_sigmas`` is the smallest distance between branches that are not neighbours along a curve,
+    in sigma; None when none come near.
+    """
 
     compliant: bool
     margin_sigmas: float | None
     violations: tuple[Violation, ...] = ()
+    margin_location: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SigmaAlong:
+    """Noise that varies along a curve: ``sigma`` (K,) at the places ``locations`` (K, d)."""
+
+    curve: int
+    locations: Floats
+    sigma: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CurveGap:
+    """The longest stretch of a curve without a sample: its middle, its length, and that in units of 1 / rho.
+
+    ``expected`` is what the largest of as many independent samples would be exceeded by in one set of
+    a hundred, in the same units.
+    """
+
+    location: Floats
+    curve: int
+    length: float
+    spacings: float
+    expected: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ComponentSampling:
+    """What the samples of one component say of themselves; see :class:`Sampling`."""
+
+    label: int
+    size: int
+    sigma: float
+    sigma_error: float | None
+    density: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sampling:
     """What the data say of themselves.
 
-    ``sigma``: noise standard deviation normal to the curve; ``density``: samples per unit
-    length; ``epsilon``: the hop that made the partition.
+    Attributes
+    ----------
+    sigma : float
+        Noise standard deviation normal to the curve, all components together.
+    density : float
+        Samples per unit length.
+    epsilon : float
+        The hop that made the partition.
+    nyquist : Nyquist
+    sigma_error : float or None
+        Standard error of sigma.
+    sigma_along : tuple of SigmaAlong
+        One entry for each curve along which the noise varies significantly.
+    largest_gap : CurveGap or None
+        Along the curves, in units of 1 / rho.
+    components : tuple of ComponentSampling
     """
 
     sigma: float
     density: float
     epsilon: float
     nyquist: Nyquist
+    sigma_error: float | None = None
+    sigma_along: tuple[SigmaAlong, ...] = ()
+    largest_gap: CurveGap | None = None
+    components: tuple[ComponentSampling, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """What speaks for and against one method's curves of a component.
+
+    Attributes
+    ----------
+    component : int
+    method : {"pca", "skeleton"}
+    reason : str
+        Why they were chosen, or not, in one sentence.
+    curves, closed, crossings : int
+        How many curves, how many of them closed, how many crossings.
+    sigma : float
+        Noise about them.
+    explained : float
+        Share of the samples that they explain, 0 to 1.
+    largest_gap : float
+        Longest stretch of curve without a sample, in mean distances between samples.
+    nats : float
+        How much longer the samples' description by them is than by the chosen ones; 0 for those.
+    """
+
+    component: int
+    method: str
+    reason: str
+    curves: int
+    closed: int
+    crossings: int
+    sigma: float
+    explained: float
+    largest_gap: float
+    nats: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -304,7 +419,11 @@ class SkeletonStages:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reconstruction:
-    """Curves, and all that is known of how good they are; tape, containment and graph of a skeleton only."""
+    """Curves, and all that is known of how good they are.
+
+    ``tape``, ``containment`` and ``graph`` of a skeleton only; ``decisions`` (one a component) and
+    ``alternatives`` (what was not chosen) where there was a choice of methods.
+    """
 
     method: str
     reason: str
@@ -317,5 +436,35 @@ class Reconstruction:
     tape: tuple[TapePolygon, ...] | None = None
     containment: Containment | None = None
     graph: Graph | None = None
+    decisions: tuple[Evidence, ...] | None = None
+    alternatives: tuple[Evidence, ...] | None = None
     stages: Stages | SkeletonStages | None = None
     labels: Ints = field(default_factory=lambda: np.zeros(0, np.int64), repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """What a point set is fit for: ``method`` and ``reason`` as ``Reconstruction`` would have them.
+
+    Attributes
+    ----------
+    verdict : str
+        Whether the samples are good enough, in one sentence.
+    curves, closed, crossings : int
+        How many would be found.
+    outliers : (K,) array of int
+        Indices of points that no curve explains.
+    """
+
+    method: str
+    reason: str
+    verdict: str
+    curves: int
+    closed: int
+    crossings: int
+    outliers: Ints
+    sampling: Sampling
+    frames: tuple[Frame, ...]
+    decisions: tuple[Evidence, ...]
+    alternatives: tuple[Evidence, ...]
+    warnings: tuple[Warn, ...] = ()

@@ -93,11 +93,18 @@ def graph_of(solved: Sequence[Solved]) -> Graph | None:
     return Graph(tuple(nodes), tuple(edges)) if any_tape else None
 
 
-def skeleton_warnings(solved: Sequence[Solved]) -> list[Warn]:
-    """Where the skeleton leaves its tape, and where a crossing could be read in another way."""
+def skeleton_warnings(solved: Sequence[Solved], asked: bool) -> list[Warn]:
+    """Where the skeleton leaves its tape, and where a crossing could be read in another way.
+
+    Parameters
+    ----------
+    solved : sequence of Solved
+    asked : bool
+        Whether no method but the skeleton was asked for, so that marches only stand in for it.
+    """
     out: list[Warn] = []
     for one in solved:
-        if one.march is not None:
+        if asked and one.march is not None:
             place = tuple(one.component.frame.origin[: one.frame.dimension].tolist())
             message = f"Component {one.component.label} {NO_TAPE if one.tape is None else THIN_TAPE}"
             out.append(Warn("march-instead", message, place))

@@ -12,7 +12,7 @@ from core.cloud.sampling import Scale
 from core.cloud.working_frame import WorkingFrame
 from core.march.solve import Marched
 from core.refine.principal_curve import Refined
-from core.results import Component
+from core.results import Component, Evidence
 from core.tape.solve import Taped
 
 __all__ = ["Solved"]
@@ -40,6 +40,10 @@ class Solved:
         How the PCA method found the curves.
     tape : Taped or None
         How the skeleton method found them.
+    method : {"pca", "skeleton"} or None
+        Whose curves they are, where there was a choice.
+    evidence : tuple of Evidence
+        Of the chosen curves, then of the others, where there was a choice.
     """
 
     component: Component
@@ -52,6 +56,8 @@ class Solved:
     scale: Scale | None = None
     march: Marched | None = None
     tape: Taped | None = None
+    method: Literal["pca", "skeleton"] | None = None
+    evidence: tuple[Evidence, ...] = ()
 
     @property
     def extent(self) -> float:

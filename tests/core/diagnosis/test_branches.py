@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from core.nyquist import LEAST_GAP, branch_gaps
+from core.diagnosis.branches import LEAST_GAP, branch_gaps
 from core.refine.polyline import Polyline
 from core.truth import point_set
 from tests.core.shapes import in_space

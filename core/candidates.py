@@ -1,0 +1,181 @@
+"""What each method makes of one component: curves after the common refinement.
+
+A march (§4.2), a tape with its skeleton (§4.3 - 4.5), or, where samples are too sparse for either,
+each sample joined to its neighbours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.cloud.sampling import Sample
+from core.march.chain import chain_neighbours
+from core.march.fragments import Pace
+from core.march.solve import Marched, solve_march
+from core.parameters import PcaParameters, SkeletonParameters
+from core.prepared import Prepared
+from core.refine.polyline import Polyline
+from core.refine.principal_curve import CUT, SEEN, Refined, as_they_are, refine_curves
+from core.refine.project import project
+from core.solved import Solved
+from core.tape.readings import Reading, read_crossings
+from core.tape.small_triangles import Smallness
+from core.tape.solve import Choices, Taped, solve_tape
+
+__all__ = ["Candidate", "by_march", "by_neighbours", "by_tape", "crossings_read"]
+
+Floats = NDArray[np.float64]
+
+LEAST_EXPLAINED = 0.9  # share of samples on the found curves, below which neighbours are linked instead
+CUTS = {"auto": CUT, "keep": 5.0, "reject": 3.0}  # in sigma
+TOUCHING = 4.0  # in sigma: a curve that ends this near another ends on it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """Curves of one component, and how they were found; neither march nor tape for linked neighbours.
+
+    Attributes
+    ----------
+    refined : Refined
+    march : Marched or None
+    tape : Taped or None
+    """
+
+    refined: Refined
+    march: Marched | None = None
+    tape: Taped | None = None
+
+    @property
+    def explained(self) -> float:
+        """Share of the samples that lie on the curves."""
+        return float(np.mean(self.refined.feet.curve >= 0))
+
+    @property
+    def leaves_too_many(self) -> bool:
+        """Whether too few samples lie on the curves."""
+        return self.explained < LEAST_EXPLAINED
+
+    def solved(self, one: Prepared) -> Solved:
+        """Put it together with its component for the report."""
+        return Solved(
+            component=one.component,
+            members=one.members,
+            points=one.sample.points,
+            frame=one.frame,
+            refined=self.refined,
+            outliers=one.parameters.outliers,
+            bent=None if one.quasi_planar else "projected" if one.frame.flat else "marched in 3D",
+            scale=one.scale,
+            march=self.march,
+            tape=self.tape,
+        )
+
+
+def by_march(one: Prepared, parameters: PcaParameters) -> Candidate | None:
+    """Curves by the PCA march (§4.2); None where nothing lines up.
+
+    Parameters
+    ----------
+    one : Prepared
+    parameters : PcaParameters
+    """
+    if one.scale is None:
+        return None
+    pace = Pace(
+        one.scale,
+        one.extent,
+        one.frame.flat,
+        radius=(parameters.radius or 0.0) / one.frame.scale,
+        step=(parameters.step or 0.0) / one.frame.scale,
+        max_uses=parameters.max_uses or 0,
+        estimator=parameters.estimator,
+        seed=parameters.seed,
+    )
+    marched = solve_march(one.once, pace)
+    refined = _refined(one, marched.curves, one.scale.sigma)
+    return None if refined is None else Candidate(refined, march=marched)
+
+
+def by_tape(one: Prepared, parameters: SkeletonParameters) -> Candidate | None:
+    """Curves by the tape polygon and its skeleton (§4.3 - 4.5), straight through crossings.
+
+    None where no tape has a skeleton, or its curves stray.
+
+    Parameters
+    ----------
+    one : Prepared
+        In its best plane.
+    parameters : SkeletonParameters
+    """
+    if one.scale is None:
+        return None
+    choices = Choices(
+        Smallness(parameters.f_d, parameters.f_a, parameters.f_l),
+        parameters.resample / one.frame.scale if parameters.resample else None,
+        parameters.prune,
+    )
+    taped = solve_tape(one.once, one.scale, one.extent, choices)
+    refined = _refined(one, taped.curves, taped.sigma) if taped else None
+    return None if refined is None else Candidate(refined, tape=taped)
+
+
+def by_neighbours(one: Prepared) -> Candidate | None:
+    """Each sample joined to its neighbours, where sparse samples form chains; None where they do not.
+
+    Parameters
+    ----------
+    one : Prepared
+    """
+    chain = chain_neighbours(one.sample.points)
+    return None if chain is None else Candidate(_as_they_are(one, chain, 0.0))
+
+
+def crossings_read(one: Prepared, candidate: Candidate, crossings: Reading) -> Candidate:
+    """Read the crossings of curves that go straight through them in another way (§5.2).
+
+    Parameters
+    ----------
+    one : Prepared
+    candidate : Candidate
+    crossings : {"through", "split", "waist", "graph"}
+    """
+    if crossings == "through":
+        return candidate
+    refined = candidate.refined
+    read = read_crossings(refined.curves, crossings, refined.sigma, TOUCHING * refined.sigma)
+    return replace(candidate, refined=replace(_as_they_are(one, read, refined.sigma), sigma=refined.sigma))
+
+
+def _refined(one: Prepared, curves: Sequence[Polyline], sigma: float) -> Refined | None:
+    """The common refinement; None where the curves stray from their samples."""
+    if not curves:
+        return None
+    cut = CUTS[one.parameters.outliers]
+    settle = refine_curves if one.parameters.refine else as_they_are
+    few = one.sample.few
+    sample = Sample(few, few, few) if one.hasty else one.sample
+    refined = settle(sample, curves, sigma, one.frame.flat, cut, one.spacing)
+    if sample.points is not one.sample.points:
+        reach = max(float(refined.sigmas.max()) * max(cut, SEEN), 1e-9)
+        refined = replace(refined, feet=project(one.sample.points, refined.curves, reach))
+    if not _strays(refined, one.sample.points):
+        return refined
+    rough = _as_they_are(one, curves, sigma)  # a blob without a course: no fit holds
+    return None if _strays(rough, one.sample.points) else rough
+
+
+def _as_they_are(one: Prepared, curves: Sequence[Polyline], sigma: float) -> Refined:
+    cut = CUTS[one.parameters.outliers]
+    return as_they_are(one.sample, curves, sigma, one.frame.flat, cut, one.spacing)
+
+
+def _strays(refined: Refined, points: Floats) -> bool:
+    """Whether a curve leaves the box of its points by more than a quarter of the box."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = 0.25 * float(np.max(high - low))
+    return any(np.any((c.vertices < low - room) | (c.vertices > high + room)) for c in refined.curves)
