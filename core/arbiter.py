@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from core.candidates import Candidate, by_march, by_neighbours, by_tape, crossings_read
 from core.cloud.points import LARGEST
 from core.cloud.sampling import spread_subsample
@@ -29,6 +31,12 @@ Method = Literal["pca", "skeleton"]
 
 JUDGED = 10_000  # samples by which candidates are compared
 NAMES = {"pca": "the PCA march", "skeleton": "the skeleton"}
+COST_OF_CURVE = 0.5  # in units of ln N
+COST_OF_END = 1.5  # two of them cost more than the largest gap of N independent samples, about ln N + 5
+BENDING = 4.0  # on its nats: wiggles and tangles follow single samples
+FEW = 2000  # samples, below which both methods may well be wrong alike
+FACTORS = (0.6, 0.85)  # on the march's radii, in doubt
+LEVELS = (0.8, 0.6, 0.45)  # of the tape's scale, in doubt
 EVEN = 10.0  # nats that hardly tell one from the other
 
 
@@ -80,29 +88,61 @@ def arbitrated(one: Prepared, parameters: ReconstructParameters) -> Solved | Non
 def weighed(one: Prepared, parameters: ReconstructParameters) -> list[Weighed]:
     """Run the methods that a component calls for, and weigh what they find; the better one first.
 
+    Where the methods find curves of different shape, and where samples are few, both are tried at more
+    scales: a right answer is mostly among them, and the samples show it.
+
     Parameters
     ----------
     one : Prepared
     parameters : ReconstructParameters
     """
-    found: list[tuple[Method, Candidate | None]] = []
+    by_method = _run(one, parameters, None, None)
+    if _is_doubtful(one, by_method):
+        for method, again in _run(one, parameters, FACTORS, LEVELS).items():
+            by_method[method] = _better(by_method.get(method), again)
+    if all(each.candidate.leaves_too_many for each in by_method.values()):
+        linked = by_neighbours(one)
+        if linked is not None:
+            by_method["pca"] = _better(by_method.get("pca"), _weighed(one, "pca", linked))
+    return sorted(by_method.values(), key=lambda each: each.nats)
+
+
+def _run(
+    one: Prepared,
+    parameters: ReconstructParameters,
+    factors: Sequence[float] | None,
+    levels: Sequence[float] | None,
+) -> dict[Method, Weighed]:
+    """Each method's curves, where it finds any."""
+    found: dict[Method, Candidate | None] = {}
     if parameters.method != "skeleton" or not one.frame.flat:
-        found.append(("pca", by_march(one, parameters)))
+        found["pca"] = by_march(one, parameters, factors)
     if parameters.method != "pca" and one.frame.flat:
-        found.append(("skeleton", by_tape(one, parameters)))
-    if all(each is None or each.leaves_too_many for _, each in found):
-        found.append(("pca", by_neighbours(one)))
-    judged = [_weighed(one, method, each) for method, each in found if each is not None]
-    return sorted(judged, key=lambda each: each.nats)
+        found["skeleton"] = by_tape(one, parameters, levels)
+    return {method: _weighed(one, method, each) for method, each in found.items() if each is not None}
+
+
+def _is_doubtful(one: Prepared, found: dict[Method, Weighed]) -> bool:
+    """Whether methods disagree, or samples are so few that both may be wrong alike."""
+    if one.scale is None or not found:
+        return False
+    return len(one.sample.points) < FEW or len({each.shape for each in found.values()}) > 1
+
+
+def _better(one: Weighed | None, other: Weighed) -> Weighed:
+    return other if one is None or other.nats < one.nats else one
 
 
 def _weighed(one: Prepared, method: Method, candidate: Candidate) -> Weighed:
     refined = candidate.refined
+    lines = refined.curves
     judged = one.sample.few[spread_subsample(one.sample.few, JUDGED)]
-    nats = description_length(judged, refined.curves, refined.sigma, one.extent, one.frame.flat)
+    nats = description_length(judged, lines, refined.sigma, one.extent, one.frame.flat, whole=True)
+    ends = sum(2 for line in lines if not line.closed)
+    nats += (COST_OF_CURVE * len(lines) + COST_OF_END * ends) * float(np.log(len(judged) + 1.0))
     if one.scale is not None:
-        nats += bending(refined.curves, refined.sigma, one.scale.curvature)
-    met = len(crossings(refined.curves)) if one.frame.flat else 0
+        nats += BENDING * bending(lines, refined.sigma, one.scale.curvature)
+    met = len(crossings(lines)) if one.frame.flat else 0
     return Weighed(method, candidate, nats, met, _largest_gap(candidate))
 
 

@@ -76,13 +76,17 @@ class Candidate:
         )
 
 
-def by_march(one: Prepared, parameters: PcaParameters) -> Candidate | None:
+def by_march(
+    one: Prepared, parameters: PcaParameters, factors: Sequence[float] | None = None
+) -> Candidate | None:
     """Curves by the PCA march (§4.2); None where nothing lines up.
 
     Parameters
     ----------
     one : Prepared
     parameters : PcaParameters
+    factors : sequence of float, optional
+        On the local radius, all of which are tried.
     """
     if one.scale is None:
         return None
@@ -96,12 +100,14 @@ def by_march(one: Prepared, parameters: PcaParameters) -> Candidate | None:
         estimator=parameters.estimator,
         seed=parameters.seed,
     )
-    marched = solve_march(one.once, pace)
+    marched = solve_march(one.once, pace, factors)
     refined = _refined(one, marched.curves, one.scale.sigma)
     return None if refined is None else Candidate(refined, march=marched)
 
 
-def by_tape(one: Prepared, parameters: SkeletonParameters) -> Candidate | None:
+def by_tape(
+    one: Prepared, parameters: SkeletonParameters, levels: Sequence[float] | None = None
+) -> Candidate | None:
     """Curves by the tape polygon and its skeleton (§4.3 - 4.5), straight through crossings.
 
     None where no tape has a skeleton, or its curves stray.
@@ -111,6 +117,8 @@ def by_tape(one: Prepared, parameters: SkeletonParameters) -> Candidate | None:
     one : Prepared
         In its best plane.
     parameters : SkeletonParameters
+    levels : sequence of float, optional
+        Factors on the tape's scale, all of which are tried.
     """
     if one.scale is None:
         return None
@@ -119,7 +127,7 @@ def by_tape(one: Prepared, parameters: SkeletonParameters) -> Candidate | None:
         parameters.resample / one.frame.scale if parameters.resample else None,
         parameters.prune,
     )
-    taped = solve_tape(one.once, one.scale, one.extent, choices)
+    taped = solve_tape(one.once, one.scale, one.extent, choices, levels)
     refined = _refined(one, taped.curves, taped.sigma) if taped else None
     return None if refined is None else Candidate(refined, tape=taped)
 
@@ -148,7 +156,20 @@ def crossings_read(one: Prepared, candidate: Candidate, crossings: Reading) -> C
         return candidate
     refined = candidate.refined
     read = read_crossings(refined.curves, crossings, refined.sigma, TOUCHING * refined.sigma)
-    return replace(candidate, refined=replace(_as_they_are(one, read, refined.sigma), sigma=refined.sigma))
+    errors = tuple(_errors_on(line, refined) for line in read)
+    kept = replace(_as_they_are(one, read, refined.sigma), sigma=refined.sigma, errors=errors)
+    return replace(candidate, refined=kept)
+
+
+def _errors_on(line: Polyline, refined: Refined) -> Floats:
+    """Standard errors at the vertices of a curve that was made of pieces of refined ones."""
+    feet = project(line.vertices, refined.curves, float(np.ptp(line.vertices, axis=0).max()) + 1e-9)
+    errors = np.full(len(line.vertices), np.nan)
+    for k, (whole, known) in enumerate(zip(refined.curves, refined.errors, strict=True)):
+        near = feet.curve == k
+        around = np.append(known, known[0]) if whole.closed else known
+        errors[near] = np.interp(feet.station[near], whole.stations, around)
+    return errors
 
 
 def _refined(one: Prepared, curves: Sequence[Polyline], sigma: float) -> Refined | None:

@@ -35,6 +35,7 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 STRICT = 3.0  # in sigma: what "reject" leaves out
+HARDLY = 5.0  # nats that hardly tell one result from another
 BLUR = 3.0  # in sigma: how far beyond a junction an end may go
 
 
@@ -198,9 +199,24 @@ def _warnings(method: str, parts: Partition, solved: Sequence[Solved]) -> tuple[
     for one in solved:
         if one.bent is not None:
             message = f"Component {one.component.label} does not lie in a plane; it was {one.bent}."
-            origin = one.component.frame.origin
-            out.append(Warn("not-quasi-planar", message, tuple(float(x) for x in origin)))
+            out.append(Warn("not-quasi-planar", message, tuple(one.component.frame.origin.tolist())))
+        out += _disagreement(one)
     return (*out, *skeleton_warnings(solved, asked))
+
+
+def _disagreement(one: Solved) -> list[Warn]:
+    """Say where the samples hardly tell which of two results is right."""
+    if len(one.evidence) < 2 or one.evidence[1].nats > HARDLY:
+        return []
+    chosen, other = one.evidence[:2]
+    if (chosen.curves, chosen.closed, chosen.crossings) == (other.curves, other.closed, other.crossings):
+        return []
+    message = (
+        f"The methods find different curves in component {one.component.label}, and the samples hardly tell "
+        "which are right; more samples or less noise would. See alternatives."
+    )
+    origin = one.component.frame.origin[: one.frame.dimension]
+    return [Warn("methods-disagree", message, tuple(origin.tolist()))]
 
 
 def _stages(method: str, solved: Sequence[Solved]) -> Stages | SkeletonStages:

@@ -149,9 +149,15 @@ def _bridge(sample: Sample, confidence: float, a: End, b: End, opened: list[Frag
     for turn, between in _options(a, b, gap, density, sigma, radius):
         path = np.concatenate([a.place[None], between, b.place[None]])
         length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        seen = _support(sample.few, path, max(HALF_WIDTH * sigma, BOW * length)) / sample.thinning
+        reach = max(HALF_WIDTH * sigma, BOW * length)
+        seen, inside = (
+            _support(sample.few, path, reach, rim) / sample.thinning for rim in (0.0, min(reach, length / 3.0))
+        )
         expected = density * length
         if is_empty(seen, expected, confidence) or (len(between) and seen < 0.5 * expected):
+            continue
+        # Samples about the ends themselves do not tell that there are any between them.
+        if is_empty(inside, density * max(length - 2.0 * reach, length / 3.0), confidence):
             continue
         missing = max(expected - seen, 0.0)
         cost = missing / confidence + turn + length / radius + COST_OF_DEPTH * (a.depth + b.depth)
@@ -179,14 +185,14 @@ def _options(
     return options if corner is None else [*options, (1.0, corner[None])]
 
 
-def _support(few: Floats, path: Floats, reach: float) -> float:
-    """Number of samples beside the path, its ends' caps left out."""
+def _support(few: Floats, path: Floats, reach: float, rim: float) -> float:
+    """Number of samples beside the path, so much at its ends left out."""
     line = Polyline(path, False)
     length = line.length
     if length <= 0.0:
         return 0.0
     feet = project(few, [line], max(reach, 1e-9))
-    inner = (feet.curve >= 0) & (feet.station > 0.0) & (feet.station < length)
+    inner = (feet.curve >= 0) & (feet.station > rim) & (feet.station < length - rim)
     return float(np.count_nonzero(inner))
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from core.cloud.sampling import Sample, spread_subsample
 from core.march.fragments import Fragment, Pace, march_all
 from core.march.join import join_fragments
-from core.march.prune import prune_fragments
+from core.march.prune import prune_fragments, without_blobs
 from core.refine.evidence import description_length
 from core.refine.polyline import Polyline
 from core.refine.principal_curve import refine_curves
@@ -31,21 +32,25 @@ class Marched:
     nats: float
 
 
-def solve_march(sample: Sample, pace: Pace) -> Marched:
+def solve_march(sample: Sample, pace: Pace, factors: Sequence[float] | None = None) -> Marched:
     """March at several radii and keep the curves that explain the samples best.
 
     Parameters
     ----------
     sample : Sample
     pace : Pace
+    factors : sequence of float, optional
+        On the local radius, all of which are tried; by default those after the first of a large sample
+        only in doubt.
     """
     best: Marched | None = None
     judged = Sample.of(sample.few[spread_subsample(sample.few, JUDGED)])
-    for factor in RADIUS_SCALES if not pace.radius else (1.0,):
+    wished = RADIUS_SCALES if factors is None else factors
+    for factor in wished if not pace.radius else (1.0,):
         marched, left = _once(sample, judged, replace(pace, radius_scale=factor))
         if best is None or marched.nats < best.nats - CLEARLY:
             best = marched
-        if len(sample.points) > THOROUGH and left < DOUBT:
+        if factors is None and len(sample.points) > THOROUGH and left < DOUBT:
             break
     assert best is not None  # noqa: S101 - there is always a first factor
     return best
@@ -54,6 +59,7 @@ def solve_march(sample: Sample, pace: Pace) -> Marched:
 def _once(sample: Sample, judged: Sample, pace: Pace) -> tuple[Marched, float]:
     fragments, passed = march_all(sample.many, pace)
     fragments = prune_fragments(sample, fragments, pace.scale.sigma)
+    fragments = without_blobs(sample, fragments, pace.scale.sigma, pace.flat)
     curves = join_fragments(sample, fragments)
     smooth = (
         refine_curves(judged, curves, pace.scale.sigma, pace.flat, passes=2, corners=False).curves

@@ -80,7 +80,9 @@ class Taped:
     doubts: Floats
 
 
-def solve_tape(sample: Sample, scale: Scale, extent: float, choices: Choices) -> Taped | None:
+def solve_tape(
+    sample: Sample, scale: Scale, extent: float, choices: Choices, levels: Sequence[float] | None = None
+) -> Taped | None:
     """Build tapes at several scales and keep the one whose curves explain the samples best.
 
     Parameters
@@ -91,6 +93,8 @@ def solve_tape(sample: Sample, scale: Scale, extent: float, choices: Choices) ->
     extent : float
         Radius of the samples.
     choices : Choices
+    levels : sequence of float, optional
+        Factors on the tape's scale, all of which are tried; by default those after the first only in doubt.
 
     Returns
     -------
@@ -101,12 +105,14 @@ def solve_tape(sample: Sample, scale: Scale, extent: float, choices: Choices) ->
     judged = Sample.of(sample.few[spread_subsample(sample.few, JUDGED)])
     # Most optimal balls meet curvature; where they do not they may span several branches.
     sure = bool(np.mean(scale.balls.interior[scale.balls.found]) > SURE) or choices.smallness.f_l is not None
-    for level in LEVELS:
+    for level in LEVELS if levels is None else levels:
         scaled = replace(choices, smallness=replace(choices.smallness, level=level))
         one = _once(sample, judged, scale, extent, scaled)
         if one is not None and (best is None or one.nats < best.nats - CLEARLY):
             best = one
-        if has_no_width(scale) or (sure and one is not None and one.explained > 1.0 - DOUBT):
+        if levels is None and (
+            has_no_width(scale) or (sure and one is not None and one.explained > 1.0 - DOUBT)
+        ):
             break
     return best
 
