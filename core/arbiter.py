@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from core.candidates import Candidate, by_march, by_neighbours, by_tape, crossings_read
 from core.cloud.points import LARGEST
@@ -28,16 +29,19 @@ from core.solved import Solved
 __all__ = ["Weighed", "arbitrated", "overall", "weighed"]
 
 Method = Literal["pca", "skeleton"]
+Floats = NDArray[np.float64]
 
 JUDGED = 10_000  # samples by which candidates are compared
 NAMES = {"pca": "the PCA march", "skeleton": "the skeleton"}
 COST_OF_CURVE = 0.5  # in units of ln N
 COST_OF_END = 1.5  # two of them cost more than the largest gap of N independent samples, about ln N + 5
 BENDING = 4.0  # on its nats: wiggles and tangles follow single samples
-FEW = 2000  # samples, below which both methods may well be wrong alike
+NOISY = 1.3  # times the noise in local balls: branches may have come out as one
+EXPLAINED = 0.95  # share of the samples
+ALIKE = 5.0  # nats that make no difference
+SAFE = 9.0  # added to ln N: gaps of as many mean distances are no chance
 FACTORS = (0.6, 0.85)  # on the march's radii, in doubt
 LEVELS = (0.8, 0.6, 0.45)  # of the tape's scale, in doubt
-EVEN = 10.0  # nats that hardly tell one from the other
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,23 +92,25 @@ def arbitrated(one: Prepared, parameters: ReconstructParameters) -> Solved | Non
 def weighed(one: Prepared, parameters: ReconstructParameters) -> list[Weighed]:
     """Run the methods that a component calls for, and weigh what they find; the better one first.
 
-    Where the methods find curves of different shape, and where samples are few, both are tried at more
-    scales: a right answer is mostly among them, and the samples show it.
+    Where the methods find curves of different shape, or what they find alike is doubtful, both are tried
+    at more scales: a right answer is mostly among them, and the samples show it.
 
     Parameters
     ----------
     one : Prepared
     parameters : ReconstructParameters
     """
-    by_method = _run(one, parameters, None, None)
-    if _is_doubtful(one, by_method):
-        for method, again in _run(one, parameters, FACTORS, LEVELS).items():
-            by_method[method] = _better(by_method.get(method), again)
-    if all(each.candidate.leaves_too_many for each in by_method.values()):
+    found = _run(one, parameters, None, None)
+    weighed = _weighed(one, found)
+    if _is_doubtful(one, weighed):
+        found += _run(one, parameters, FACTORS, LEVELS)
+        weighed = _weighed(one, found)
+    if all(each.candidate.leaves_too_many for each in weighed):
         linked = by_neighbours(one)
         if linked is not None:
-            by_method["pca"] = _better(by_method.get("pca"), _weighed(one, "pca", linked))
-    return sorted(by_method.values(), key=lambda each: each.nats)
+            weighed = _weighed(one, [*found, ("pca", linked)])
+    best = {each.method: each for each in reversed(weighed)}
+    return sorted(best.values(), key=lambda each: each.nats)
 
 
 def _run(
@@ -112,31 +118,41 @@ def _run(
     parameters: ReconstructParameters,
     factors: Sequence[float] | None,
     levels: Sequence[float] | None,
-) -> dict[Method, Weighed]:
+) -> list[tuple[Method, Candidate]]:
     """Each method's curves, where it finds any."""
-    found: dict[Method, Candidate | None] = {}
+    found: list[tuple[Method, Candidate | None]] = []
     if parameters.method != "skeleton" or not one.frame.flat:
-        found["pca"] = by_march(one, parameters, factors)
+        found.append(("pca", by_march(one, parameters, factors)))
     if parameters.method != "pca" and one.frame.flat:
-        found["skeleton"] = by_tape(one, parameters, levels)
-    return {method: _weighed(one, method, each) for method, each in found.items() if each is not None}
+        found.append(("skeleton", by_tape(one, parameters, levels)))
+    return [(method, each) for method, each in found if each is not None]
 
 
-def _is_doubtful(one: Prepared, found: dict[Method, Weighed]) -> bool:
-    """Whether methods disagree, or samples are so few that both may be wrong alike."""
+def _is_doubtful(one: Prepared, found: Sequence[Weighed]) -> bool:
+    """Whether methods disagree, or the better one leaves more noise than local balls do, or a gap."""
     if one.scale is None or not found:
         return False
-    return len(one.sample.points) < FEW or len({each.shape for each in found.values()}) > 1
+    best = found[0]
+    return (
+        len({each.shape for each in found}) > 1
+        or best.candidate.refined.sigma > NOISY * one.scale.sigma
+        or best.candidate.explained < EXPLAINED
+        or best.largest_gap > float(np.log(len(one.sample.points))) + SAFE
+    )
 
 
-def _better(one: Weighed | None, other: Weighed) -> Weighed:
-    return other if one is None or other.nats < one.nats else one
+def _weighed(one: Prepared, found: Sequence[tuple[Method, Candidate]]) -> list[Weighed]:
+    """Weigh candidates on the same samples, those of clumps of outliers left out; the best one first."""
+    few = one.sample.few
+    judged = few[spread_subsample(few, JUDGED)]
+    for clump in (clump for _, candidate in found for clump in candidate.clumps):
+        judged = judged[np.linalg.norm(judged - clump.centre, axis=1) > clump.radius]
+    return sorted((_weigh(one, method, each, judged) for method, each in found), key=lambda each: each.nats)
 
 
-def _weighed(one: Prepared, method: Method, candidate: Candidate) -> Weighed:
+def _weigh(one: Prepared, method: Method, candidate: Candidate, judged: Floats) -> Weighed:
     refined = candidate.refined
     lines = refined.curves
-    judged = one.sample.few[spread_subsample(one.sample.few, JUDGED)]
     nats = description_length(judged, lines, refined.sigma, one.extent, one.frame.flat, whole=True)
     ends = sum(2 for line in lines if not line.closed)
     nats += (COST_OF_CURVE * len(lines) + COST_OF_END * ends) * float(np.log(len(judged) + 1.0))
@@ -180,6 +196,11 @@ def _why(each: Weighed, found: Sequence[Weighed]) -> str:
         return f"Only {NAMES[each.method]} finds curves here."
     rival = found[1] if each is best else each
     ahead = f"{rival.nats - best.nats:.0f} nats"
+    if rival.shape == best.shape and rival.nats - best.nats < ALIKE:
+        return (
+            f"Both methods find {_told(best)} and describe the samples alike; those of {NAMES[best.method]} "
+            "are given."
+        )
     if rival.shape == best.shape:
         return (
             f"Both methods find {_told(best)}; {NAMES[best.method]} describes the samples better by {ahead}."

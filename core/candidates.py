@@ -18,6 +18,7 @@ from core.march.fragments import Pace
 from core.march.solve import Marched, solve_march
 from core.parameters import PcaParameters, SkeletonParameters
 from core.prepared import Prepared
+from core.refine.blobs import is_blob
 from core.refine.polyline import Polyline
 from core.refine.principal_curve import CUT, SEEN, Refined, as_they_are, refine_curves
 from core.refine.project import project
@@ -26,13 +27,22 @@ from core.tape.readings import Reading, read_crossings
 from core.tape.small_triangles import Smallness
 from core.tape.solve import Choices, Taped, solve_tape
 
-__all__ = ["Candidate", "by_march", "by_neighbours", "by_tape", "crossings_read"]
+__all__ = ["Candidate", "Clump", "by_march", "by_neighbours", "by_tape", "crossings_read"]
 
 Floats = NDArray[np.float64]
 
 LEAST_EXPLAINED = 0.9  # share of samples on the found curves, below which neighbours are linked instead
 CUTS = {"auto": CUT, "keep": 5.0, "reject": 3.0}  # in sigma
+AROUND = 2.0  # in sigma: how far a clump reaches beyond the curve through it
 TOUCHING = 4.0  # in sigma: a curve that ends this near another ends on it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clump:
+    """A clump of outliers: its samples lie within ``radius`` of ``centre`` (3,)."""
+
+    centre: Floats
+    radius: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,11 +54,14 @@ class Candidate:
     refined : Refined
     march : Marched or None
     tape : Taped or None
+    clumps : tuple of Clump
+        Clumps of outliers that curves were drawn through, and left out.
     """
 
     refined: Refined
     march: Marched | None = None
     tape: Taped | None = None
+    clumps: tuple[Clump, ...] = ()
 
     @property
     def explained(self) -> float:
@@ -101,8 +114,8 @@ def by_march(
         seed=parameters.seed,
     )
     marched = solve_march(one.once, pace, factors)
-    refined = _refined(one, marched.curves, one.scale.sigma)
-    return None if refined is None else Candidate(refined, march=marched)
+    refined, clumps = _refined(one, marched.curves, one.scale.sigma)
+    return None if refined is None else Candidate(refined, march=marched, clumps=clumps)
 
 
 def by_tape(
@@ -128,8 +141,10 @@ def by_tape(
         parameters.prune,
     )
     taped = solve_tape(one.once, one.scale, one.extent, choices, levels)
-    refined = _refined(one, taped.curves, taped.sigma) if taped else None
-    return None if refined is None else Candidate(refined, tape=taped)
+    if taped is None:
+        return None
+    refined, clumps = _refined(one, taped.curves, taped.sigma)
+    return None if refined is None else Candidate(refined, tape=taped, clumps=clumps)
 
 
 def by_neighbours(one: Prepared) -> Candidate | None:
@@ -172,22 +187,54 @@ def _errors_on(line: Polyline, refined: Refined) -> Floats:
     return errors
 
 
-def _refined(one: Prepared, curves: Sequence[Polyline], sigma: float) -> Refined | None:
-    """The common refinement; None where the curves stray from their samples."""
+def _refined(
+    one: Prepared, curves: Sequence[Polyline], sigma: float
+) -> tuple[Refined | None, tuple[Clump, ...]]:
+    """The common refinement, without clumps of outliers; None where the curves stray from their samples."""
     if not curves:
-        return None
+        return None, ()
+    refined = _settled(one, curves, sigma)
+    courses = _without_clumps(one, refined)
+    clumps = tuple(_clump(line, refined.sigma) for line in refined.curves if line not in courses)
+    if clumps:
+        refined = _settled(one, courses, sigma)
+    if not _strays(refined, one.sample.points):
+        return refined, clumps
+    rough = _as_they_are(one, curves, sigma)  # a blob without a course: no fit holds
+    return None if _strays(rough, one.sample.points) else rough, ()
+
+
+def _settled(one: Prepared, curves: Sequence[Polyline], sigma: float) -> Refined:
     cut = CUTS[one.parameters.outliers]
     settle = refine_curves if one.parameters.refine else as_they_are
     few = one.sample.few
     sample = Sample(few, few, few) if one.hasty else one.sample
     refined = settle(sample, curves, sigma, one.frame.flat, cut, one.spacing)
-    if sample.points is not one.sample.points:
-        reach = max(float(refined.sigmas.max()) * max(cut, SEEN), 1e-9)
-        refined = replace(refined, feet=project(one.sample.points, refined.curves, reach))
-    if not _strays(refined, one.sample.points):
+    if sample.points is one.sample.points:
         return refined
-    rough = _as_they_are(one, curves, sigma)  # a blob without a course: no fit holds
-    return None if _strays(rough, one.sample.points) else rough
+    reach = max(float(refined.sigmas.max()) * max(cut, SEEN), 1e-9)
+    return replace(refined, feet=project(one.sample.points, refined.curves, reach))
+
+
+def _without_clumps(one: Prepared, refined: Refined) -> list[Polyline]:
+    """Leave out curves through clumps of outliers beside the others, unless all are such."""
+    lines = list(refined.curves)
+    flat, sigma = one.frame.flat, refined.sigma
+    if len(lines) < 2 or not sigma > 0.0:
+        return lines
+    courses = [
+        line
+        for line in lines
+        if not is_blob(one.sample.few, line, sigma, flat, [other for other in lines if other is not line])
+    ]
+    return courses or lines
+
+
+def _clump(line: Polyline, sigma: float) -> Clump:
+    """Where the samples of a curve through a clump lie."""
+    centre = line.vertices.mean(axis=0)
+    radius = float(np.linalg.norm(line.vertices - centre, axis=1).max())
+    return Clump(centre, radius + AROUND * sigma)
 
 
 def _as_they_are(one: Prepared, curves: Sequence[Polyline], sigma: float) -> Refined:

@@ -28,6 +28,7 @@ from core.parameters import (
     SkeletonParameters,
 )
 from core.prepared import Prepared, prepared
+from core.refine.blobs import is_blob
 from core.refine.evidence import description_length
 from core.report import diagnosis_of, report
 from core.results import Diagnosis, Partition, Reconstruction
@@ -191,7 +192,18 @@ def _solve(
             "Give more points, or a larger epsilon.",
             ("points",),
         )
-    return parts, solved
+    return parts, _without_clumps(solved)
+
+
+def _without_clumps(solved: list[Solved]) -> list[Solved]:
+    """Leave out components that are but clumps of outliers, unless all are: their samples are outliers."""
+    clump = [
+        all(is_blob(one.points, line, one.refined.sigma, one.frame.flat) for line in one.refined.curves)
+        for one in solved
+    ]
+    if all(clump):
+        return solved
+    return [one for one, left_out in zip(solved, clump, strict=True) if not left_out]
 
 
 def _require_enough(points: Floats) -> None:

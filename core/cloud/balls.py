@@ -109,7 +109,7 @@ def principal_direction(xx, xy, xz, yy, yz, zz):  # type: ignore[no-untyped-def]
     q = (xx + yy + zz) / 3.0
     off = xy * xy + xz * xz + yz * yz
     p2 = (xx - q) ** 2 + (yy - q) ** 2 + (zz - q) ** 2 + 2.0 * off
-    if p2 <= 0.0:
+    if p2 <= 1e-300:  # a sixth of the smallest doubles is none
         return q, 1.0, 0.0, 0.0
     p = np.sqrt(p2 / 6.0)
     a, b, c = (xx - q) / p, (yy - q) / p, (zz - q) / p

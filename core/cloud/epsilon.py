@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -25,6 +26,7 @@ from core.cloud.sampling import spread_subsample
 __all__ = ["estimate_epsilon", "least_component_size"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 # Coordinates smaller than this, or larger than its inverse, are scaled before anything is squared.
 TINY = 1e-100
@@ -40,6 +42,13 @@ LARGEST_OFFSET = 3.0
 # Trusted balls must be at least so many, and at least this share of those found.
 LEAST_BALLS = 5
 LEAST_SHARE = 0.25
+# Balls of a sparse part grow into denser ones beside it. The nearest NEARBY samples tell better there: they
+# count where they line up, and lie at most 1 / DILUTED as dense as the ball.
+NEARBY = 12
+WIDE = 6.0  # in sigma: the least reach, for noise not to hide the course
+CURVED = 0.006  # variance across, beside the noise's, as a share of the squared radius
+NOISY = 2.0  # in sigma squared: the noise's
+DILUTED = 2.0
 # Two in a hundred of the trusted balls may yet be of outliers: when they are this much thinner than the rest.
 STRAY_SHARE = 0.02
 STRAY_DENSITY = 0.5
@@ -60,6 +69,11 @@ CURVE = 6
 DUST = 0.1
 # One curve that covers so much needs no comparison with longer hops.
 WHOLE = 0.8
+# The same of the length that the probes stand for: sparse parts are long, however few their samples.
+LENGTH_DUST = 0.05
+LENGTH_WHOLE = 0.95
+# A component of so much of that length is a curve.
+LONG = 0.05
 
 
 def least_component_size(count: int) -> int:
@@ -100,21 +114,30 @@ def estimate_epsilon(points: Floats) -> float:
 
 def _estimate(points: Floats) -> float:
     """Estimate epsilon for at least two distinct points of moderate size."""
-    candidates, way = centred(points.take(spread_subsample(points, CANDIDATES), axis=0))
+    chosen = spread_subsample(points, CANDIDATES)
+    candidates, way = centred(points.take(chosen, axis=0))
     probes = _probe(candidates, len(points) / len(candidates))
     shortest = _hop_by_neighbours(candidates) if probes is None else _shortest_hop(points, probes, way)
+    witnesses = _Witnesses.none() if probes is None else _Witnesses.of(probes, chosen)
     # A hop below the resolution of the coordinates joins nothing more than equal points.
-    return _clearest(points, max(shortest * way.scale, math.ulp(float(np.abs(points).max()))))
+    return _clearest(points, max(shortest * way.scale, math.ulp(float(np.abs(points).max()))), witnesses)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Probes:
-    """Trusted optimal balls: where they are, and what they say of density and noise."""
+    """Trusted places on curves: where they are, and what they say of density and noise."""
 
+    seed: Ints
     centre: Floats
     direction: Floats
     density: Floats
     sigma: float
+
+    @property
+    def certain(self) -> NDArray[np.bool_]:
+        """Which are not so much thinner than the rest that they may be of outliers."""
+        usual = np.sort(self.density)[int(STRAY_SHARE * len(self.density))]
+        return np.asarray(self.density >= STRAY_DENSITY * usual)
 
 
 def _probe(candidates: Floats, thinning: float) -> _Probes | None:
@@ -126,16 +149,65 @@ def _probe(candidates: Floats, thinning: float) -> _Probes | None:
     extent = math.sqrt(np.max(np.einsum("ij,ij->i", candidates, candidates)))
     # 2D points get z = 0.
     candidates = np.pad(candidates, ((0, 0), (0, 3 - dimension)))
-    seeds = candidates.take(spread_subsample(candidates, SEEDS), axis=0)
+    chosen = spread_subsample(candidates, SEEDS)
+    seeds = candidates.take(chosen, axis=0)
     balls = optimal_balls(candidates, seeds, extent, flat=dimension == 2)
-    chosen = _trusted(balls, seeds)
-    if chosen.sum() < max(LEAST_BALLS, LEAST_SHARE * balls.found.sum()):
-        chosen = balls.found
-    if chosen.sum() < LEAST_BALLS:
+    trusted = _trusted(balls, seeds)
+    if trusted.sum() < max(LEAST_BALLS, LEAST_SHARE * balls.found.sum()):
+        trusted = balls.found
+    if trusted.sum() < LEAST_BALLS:
         return None
-    sigma = float(np.median(balls.sigma[chosen]))
-    centre, direction = balls.centre[chosen, :dimension], balls.direction[chosen, :dimension]
-    return _Probes(centre, direction, balls.density[chosen] * thinning, sigma)
+    sigma = float(np.median(balls.sigma[trusted]))
+    with np.errstate(invalid="ignore"):
+        trusted &= balls.variance <= (LARGEST_OFFSET * sigma) ** 2 + CURVED * balls.radius**2
+    near = _nearby(candidates, seeds, sigma)
+    sparse = np.isfinite(near) & ~(near * DILUTED >= np.where(balls.found, balls.density, np.inf))
+    density = np.where(sparse, near, balls.density)
+    kept = np.flatnonzero(trusted | sparse)
+    centre, direction = balls.centre[kept, :dimension], balls.direction[kept, :dimension]
+    return _Probes(chosen[kept], centre, direction, density[kept] * thinning, sigma)
+
+
+def _nearby(candidates: Floats, seeds: Floats, sigma: float) -> Floats:
+    """Density of the nearest candidates where they line up through the seed; nan elsewhere."""
+    count = min(NEARBY, len(candidates))
+    farthest = np.asarray(cKDTree(candidates).query(seeds, [count])[0])[:, 0]
+    reach = np.maximum(farthest * (1 + 1e-9), WIDE * sigma)  # rounding must not leave the farthest out
+    inside, middle, moment = _moments(candidates, seeds, reach)
+    values, ways = np.linalg.eigh(moment - np.einsum("ni,nj->nij", middle, middle))
+    across = np.maximum(values[:, :-1].sum(axis=1), 0.0)
+    along = np.einsum("ni,ni->n", middle, ways[:, :, -1])
+    beside = np.einsum("ni,ni->n", middle, middle) - along**2
+    lines_up = across < CURVED * reach**2 + NOISY * sigma**2
+    lines_up &= beside <= LARGEST_OFFSET**2 * np.maximum(across, sigma**2)
+    with np.errstate(divide="ignore", over="ignore"):
+        return np.asarray(np.where(lines_up & (reach > 0), inside / (2 * reach), np.nan))
+
+
+@njit(cache=True)
+def _moments(points, seeds, reach):  # type: ignore[no-untyped-def]
+    """Count, mean (M, 3) and second moments (M, 3, 3), about each seed, of the points within its reach."""
+    m = len(seeds)
+    inside = np.zeros(m)
+    middle = np.zeros((m, 3))
+    moment = np.zeros((m, 3, 3))
+    offset = np.empty(3)
+    for s in range(m):
+        limit = reach[s] * reach[s]
+        for i in range(len(points)):
+            square = 0.0
+            for a in range(3):
+                offset[a] = points[i, a] - seeds[s, a]
+                square += offset[a] * offset[a]
+            if square <= limit:
+                inside[s] += 1.0
+                for a in range(3):
+                    middle[s, a] += offset[a]
+                    for b in range(3):
+                        moment[s, a, b] += offset[a] * offset[b]
+        middle[s] /= max(inside[s], 1.0)
+        moment[s] /= max(inside[s], 1.0)
+    return inside, middle, moment
 
 
 def _trusted(balls: Balls, seeds: Floats) -> NDArray[np.bool_]:
@@ -152,8 +224,7 @@ def _trusted(balls: Balls, seeds: Floats) -> NDArray[np.bool_]:
 
 def _shortest_hop(points: Floats, probes: _Probes, way: Normalisation) -> float:
     """Predict the least hop, in the units of the probes, that joins a sample of this density and noise."""
-    density = np.sort(probes.density)
-    density = density[density >= STRAY_DENSITY * density[int(STRAY_SHARE * len(density))]]
+    density = np.sort(probes.density[probes.certain])
     thickness = probes.sigma / float(np.mean(1 / density))
     d = points.shape[1]
     flank = FLANK[d] * probes.sigma * thickness ** -DECAY[d] if thickness > 0 else 0.0
@@ -208,14 +279,17 @@ def _hop_by_neighbours(candidates: Floats) -> float:
     return float(np.quantile(distances, 0.9))
 
 
-def _clearest(points: Floats, shortest: float) -> float:
+def _clearest(points: Floats, shortest: float, witnesses: _Witnesses) -> float:
     """Find the first epsilon from the shortest upward beyond which nothing merges over a wide range."""
-    ladder = _Ladder(points, shortest, {})
+    ladder = _Ladder(points, shortest, witnesses, {})
     top = STEPS - 1
-    if ladder.curves(0) == 1 and ladder.covered(0) > WHOLE:
+    if ladder.curves(0) == 1 and ladder.covered(0) > WHOLE and ladder.length(0) > LENGTH_WHOLE:
         return ladder.epsilon(top / 2)
     step = 0
-    while step < top and ladder.covered(step) < ladder.covered(top) - DUST:
+    while step < top and (
+        ladder.covered(step) < ladder.covered(top) - DUST
+        or ladder.length(step) < ladder.length(top) - LENGTH_DUST
+    ):
         step += 1
     while step < top and ladder.curves(step) != ladder.curves(top):
         end = step
@@ -228,12 +302,31 @@ def _clearest(points: Floats, shortest: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Witnesses:
+    """Points on curves, by their index, and the length of curve that each stands for."""
+
+    index: Ints
+    length: Floats
+
+    @classmethod
+    def none(cls) -> _Witnesses:
+        """Nobody: all lengths are then covered."""
+        return cls(np.zeros(0, np.int64), np.zeros(0))
+
+    @classmethod
+    def of(cls, probes: _Probes, candidates: Ints) -> _Witnesses:
+        """The probes; ``candidates`` are the indices of the points among which they were found."""
+        return cls(candidates[probes.seed[probes.certain]], 1 / probes.density[probes.certain])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Ladder:
     """Partitions of a point set at geometrically growing epsilons, computed when asked for."""
 
     points: Floats
     shortest: float
-    known: dict[int, tuple[int, float]]
+    witnesses: _Witnesses
+    known: dict[int, tuple[int, float, float]]
 
     def epsilon(self, step: float) -> float:
         """Hop of a step."""
@@ -247,10 +340,20 @@ class _Ladder:
         """Share of the points in components that are not taken for outliers."""
         return self._census(step)[1]
 
-    def _census(self, step: int) -> tuple[int, float]:
+    def length(self, step: int) -> float:
+        """Share of the length in components that are not taken for outliers."""
+        return self._census(step)[2]
+
+    def _census(self, step: int) -> tuple[int, float, float]:
         if step not in self.known:
-            sizes = np.bincount(components(self.points, self.epsilon(step)))
+            labels = components(self.points, self.epsilon(step))
+            sizes = np.bincount(labels)
             least = least_component_size(len(self.points))
-            covered = float(sizes[sizes >= least].sum()) / len(self.points)
-            self.known[step] = int((sizes >= CURVE * least).sum()), covered
+            witnessed = np.bincount(labels[self.witnesses.index], self.witnesses.length, len(sizes))
+            length = witnessed / max(float(witnessed.sum()), 1e-300)
+            curves = (sizes >= CURVE * least) | ((sizes >= least) & (length >= LONG))
+            kept = sizes >= least
+            covered = float(sizes[kept].sum()) / len(self.points)
+            told = float(length[kept].sum()) if len(self.witnesses.index) else 1.0
+            self.known[step] = int(curves.sum()), covered, told
         return self.known[step]

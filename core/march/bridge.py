@@ -150,9 +150,8 @@ def _bridge(sample: Sample, confidence: float, a: End, b: End, opened: list[Frag
         path = np.concatenate([a.place[None], between, b.place[None]])
         length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         reach = max(HALF_WIDTH * sigma, BOW * length)
-        seen, inside = (
-            _support(sample.few, path, reach, rim) / sample.thinning for rim in (0.0, min(reach, length / 3.0))
-        )
+        rims = 0.0, min(reach, length / 3.0)
+        seen, inside = (_support(sample.few, path, reach, rim) / sample.thinning for rim in rims)
         expected = density * length
         if is_empty(seen, expected, confidence) or (len(between) and seen < 0.5 * expected):
             continue

@@ -8,10 +8,12 @@ from core.cloud.sampling import Sample
 from core.march.fragments import Fragment
 from core.march.strip import HALF_WIDTH, SIGMA
 from core.march.walk import DENSITY, RADIUS
+from core.refine.blobs import is_blob, is_small
 from core.refine.project import project
 
-__all__ = ["prune_fragments", "without_overlaps"]
+__all__ = ["prune_fragments", "without_blobs", "without_overlaps"]
 
+LEAST_TOLD = 0.8  # share of samples that long fragments explain before short ones count as clumps
 EXCLUSIVE = 0.35  # share of a fragment's samples that no other fragment explains
 
 
@@ -42,6 +44,32 @@ def prune_fragments(sample: Sample, fragments: list[Fragment], sigma: float) -> 
         del kept[worst]
         lengths, expected = np.delete(lengths, worst), np.delete(expected, worst)
     return kept
+
+
+def without_blobs(sample: Sample, fragments: list[Fragment], sigma: float, flat: bool) -> list[Fragment]:
+    """Drop short fragments through what is but a clump of outliers, unless no other is left.
+
+    Parameters
+    ----------
+    sample : Sample
+    fragments : list of Fragment
+    sigma : float
+        Noise standard deviation.
+    flat : bool
+        Whether there is one normal direction or two.
+    """
+    lines = [f.polyline for f in fragments]
+    long = [line for line in lines if not is_small(line, sigma)]
+    if not long or len(long) == len(lines):
+        return fragments
+    told = project(sample.few, long, max(HALF_WIDTH * sigma, 1e-9)).curve >= 0
+    if np.mean(told) < LEAST_TOLD:
+        return fragments
+    return [
+        f
+        for f, line in zip(fragments, lines, strict=True)
+        if not is_blob(sample.few, line, sigma, flat, [x for x in lines if x is not line])
+    ]
 
 
 def without_overlaps(opened: list[Fragment]) -> list[Fragment]:

@@ -7,6 +7,7 @@ nearest branch would push branches apart and make the noise look smaller than it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +16,11 @@ from scipy.special import ndtr
 
 from core.refine.branches import Branches
 from core.refine.further_feet import Further, further_feet
+from core.refine.local_noise import LocalNoise
 from core.refine.noise import mass
 from core.refine.project import Feet
 
-__all__ = ["Share", "groups_of", "shares_of"]
+__all__ = ["Share", "groups_of", "noise_at", "shares_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -66,6 +68,7 @@ def shares_of(
     branches: Branches | None,
     ends: Floats,
     normals: int,
+    local: Sequence[LocalNoise] | None = None,
 ) -> list[Share]:
     """Give every curve the samples within ``cut`` of its sigmas.
 
@@ -84,13 +87,15 @@ def shares_of(
         Stations where open curves begin and end: their polylines may be longer.
     normals : int
         Number of normal directions.
+    local : sequence of LocalNoise, optional
+        Noise along each curve, where it is not the same everywhere.
     """
-    near = feet.distance < cut * np.append(np.maximum(sigmas, 1e-12), 0.0)[feet.curve]
+    near = feet.distance < cut * noise_at(feet.curve, feet.station, sigmas, local)
     if branches is None:
         groups = groups_of(feet.curve, near, len(sigmas))
         return [Share(mine, feet.station[mine], feet.distance[mine], None) for mine in groups]
     further, counts = further_feet(points, feet.curve, feet.station, feet.distance, branches)
-    first, more = _responsibilities(feet, further, counts, branches, ends, normals)
+    first, more = _responsibilities(feet, further, counts, branches, ends, normals, local)
     weight = np.ones(len(points))
     weight[further.sample] = first
     near[further.sample] = first > 0.0
@@ -99,13 +104,19 @@ def shares_of(
 
 
 def _responsibilities(
-    feet: Feet, further: Further, counts: Floats, branches: Branches, ends: Floats, normals: int
+    feet: Feet,
+    further: Further,
+    counts: Floats,
+    branches: Branches,
+    ends: Floats,
+    normals: int,
+    local: Sequence[LocalNoise] | None,
 ) -> tuple[Floats, Floats]:
     """Weights of the first and of the further feet; those of one sample sum to one."""
     i = further.sample
-    own = _likelihood(feet.curve[i], feet.station[i], feet.distance[i], branches, ends, normals)
+    own = _likelihood(feet.curve[i], feet.station[i], feet.distance[i], branches, ends, normals, local)
     other = further.branch * _likelihood(
-        further.curve, further.station, further.distance, branches, ends, normals
+        further.curve, further.station, further.distance, branches, ends, normals, local
     )
     first, more = np.ones(len(i)), np.zeros(len(other))
     for _ in range(ROUNDS):
@@ -124,13 +135,40 @@ def _counted(counts: Floats, further: Further, first: Floats, more: Floats) -> F
 
 
 def _likelihood(
-    curve: Ints, station: Floats, distance: Floats, branches: Branches, ends: Floats, normals: int
+    curve: Ints,
+    station: Floats,
+    distance: Floats,
+    branches: Branches,
+    ends: Floats,
+    normals: int,
+    local: Sequence[LocalNoise] | None,
 ) -> Floats:
     """Of a sample at a distance from its foot; where an open curve ends, noise blurs the end."""
-    sigma = branches.sigmas[curve]
+    sigma = noise_at(curve, station, branches.sigmas, local)
     beyond = np.minimum(station - ends[curve, 0], ends[curve, 1] - station) / sigma
     out = np.exp(-0.5 * (distance / sigma) ** 2) / sigma**normals * ndtr(beyond)
     return np.where(distance < branches.cut * sigma, out, 0.0)
+
+
+def noise_at(curve: Ints, station: Floats, sigmas: Floats, local: Sequence[LocalNoise] | None) -> Floats:
+    """Noise where feet are; zero where there is no curve.
+
+    Parameters
+    ----------
+    curve : (N,) array of int
+        Nearest curve; -1 for none.
+    station : (N,) array
+    sigmas : (C,) array
+        Noise of each curve.
+    local : sequence of LocalNoise, optional
+        Noise along each curve, where it is not the same everywhere.
+    """
+    out = np.append(np.maximum(sigmas, 1e-12), 0.0)[curve]
+    for k, noise in enumerate(local or ()):
+        if noise.varies:
+            here = curve == k
+            out[here] = np.maximum(noise.at(station[here]), 1e-12)
+    return np.asarray(out)
 
 
 def _density(counts: Floats, branches: Branches, ends: Floats) -> Floats:

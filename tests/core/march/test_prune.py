@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from core.cloud.sampling import Sample
-from core.march.prune import prune_fragments, without_overlaps
+from core.march.prune import prune_fragments, without_blobs, without_overlaps
 from tests.core.march.walks import fragment
 from tests.core.shapes import arc, in_space, line
 
@@ -93,3 +93,37 @@ def test_a_crossing_is_no_overlap():
 def test_parallel_stretches_are_no_overlap():
     both = [fragment(bow(0.0, 2.0, 1.0)), fragment(bow(0.0, 2.0, 1.2))]
     assert [len(f.nodes) for f in without_overlaps(both)] == [len(f.nodes) for f in both]
+
+
+def clump(place, count=40, width=3 * SIGMA, seed=0):
+    return np.asarray(place) + width * np.random.default_rng(seed).normal(size=(count, 2))
+
+
+def through(place, length=6 * SIGMA):
+    return fragment(np.asarray(place) + np.column_stack((np.linspace(-0.5, 0.5, 5) * length, np.zeros(5))))
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0), (1.0 + 12 * SIGMA, 0.0)], ids=["far", "near"])
+def test_a_fragment_through_a_clump_of_outliers_is_dropped(place):
+    sample = Sample.of(in_space(np.concatenate((arc(2000, SIGMA), clump(place)))))
+    whole = ring_of()
+    assert without_blobs(sample, [whole, through(place)], SIGMA, True) == [whole]
+
+
+def test_a_small_ring_beside_a_large_one_stays():
+    small = arc(80, SIGMA, 5 * SIGMA)
+    sample = Sample.of(in_space(np.concatenate((arc(2000, SIGMA), small))))
+    both = [ring_of(), fragment(bow(0.0, 6.0, 5 * SIGMA), closed=True)]
+    assert without_blobs(sample, both, SIGMA, True) == both
+
+
+def test_clumps_alone_stay():
+    sample = Sample.of(in_space(clump((0.0, 0.0))))
+    only = [through((0.0, 0.0))]
+    assert without_blobs(sample, only, SIGMA, True) == only
+
+
+def test_a_net_of_short_pieces_keeps_them():
+    pieces = [fragment(bow(a, a + 0.13)) for a in np.arange(0.0, 6.2, 0.15)]
+    sample = Sample.of(in_space(arc(2000, SIGMA)))
+    assert without_blobs(sample, pieces, SIGMA, True) == pieces
