@@ -9,20 +9,22 @@ from dataclasses import dataclass
 from itertools import product
 from multiprocessing import get_context
 
-from core.methods import pca, skeleton
+from core.methods import pca, reconstruct, skeleton
 from core.parameters import SkeletonParameters
 from core.results import Reconstruction
-from core.truth import PointSet, Reading, Score, oracle_rms, point_set, score
+from core.truth import PLAIN, Conditions, PointSet, Reading, Score, oracle_rms, point_set, score
 
-__all__ = ["Case", "Row", "cases", "measure", "measure_all"]
+__all__ = ["METHODS", "Case", "Row", "cases", "measure", "measure_all"]
+
+METHODS = ("pca", "skeleton", "auto")
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
     """What determines a point set, and how it is reconstructed.
 
-    ``sigma`` is a fraction of the diagonal; ``method`` is ``pca`` or ``skeleton``, and ``crossings``
-    the reading that the skeleton is asked for.
+    ``sigma`` is a fraction of the diagonal; ``method`` is ``pca``, ``skeleton`` or ``auto`` (the service
+    chooses), and ``crossings`` the reading that the skeleton is asked for.
     """
 
     family: str
@@ -31,6 +33,16 @@ class Case:
     seed: int
     method: str = "pca"
     crossings: Reading = "through"
+    outliers: float = 0.0
+    conditions: Conditions = PLAIN
+
+    def point_set(self) -> PointSet:
+        """Draw the point set."""
+        return point_set(self.family, self.n, self.sigma, self.outliers, self.seed, self.conditions)
+
+    def __str__(self) -> str:
+        """Family, size, noise and seed, with colons between."""
+        return f"{self.family}:{self.n}:{self.sigma:g}:{self.seed}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +91,7 @@ def cases(
 
 def measure(case: Case) -> Row:
     """Reconstruct one case without a single parameter, and score the result."""
-    sample = point_set(case.family, n=case.n, sigma=case.sigma, seed=case.seed)
+    sample = case.point_set()
     start = time.perf_counter()
     try:
         result = _reconstruct(case, sample)
@@ -117,6 +129,8 @@ def measure_all(grid: Sequence[Case], jobs: int) -> Iterator[Row]:
 def _reconstruct(case: Case, sample: PointSet) -> Reconstruction:
     if case.method == "pca":
         return pca(sample.points)
+    if case.method == "auto":
+        return reconstruct(sample.points)
     return skeleton(sample.points, SkeletonParameters(crossings=case.crossings))
 
 

@@ -212,7 +212,8 @@ def _settled(one: Prepared, curves: Sequence[Polyline], sigma: float) -> Refined
     refined = settle(sample, curves, sigma, one.frame.flat, cut, one.spacing)
     if sample.points is one.sample.points:
         return refined
-    reach = max(float(refined.sigmas.max()) * max(cut, SEEN), 1e-9)
+    largest = max(noise.largest for noise in refined.noises) if refined.noises else refined.sigmas.max()
+    reach = max(float(largest) * max(cut, SEEN), 1e-9)
     return replace(refined, feet=project(one.sample.points, refined.curves, reach))
 
 

@@ -14,6 +14,8 @@ from core.diagnosis.sampling import sampling_of, verdict_of
 from core.march.strip import N_ALL
 from core.march.walk import RADIUS
 from core.refine.crossings import Meeting, crossings
+from core.refine.shares import noise_at
+from core.refine.uncertainty import with_plane
 from core.results import (
     Ball,
     Crossing,
@@ -144,7 +146,9 @@ def _samples(one: Solved, total: int) -> tuple[Ints, NDArray[np.bool_]]:
         return feet.curve, np.zeros(len(feet.curve), np.bool_)
     # One Gaussian cloud of this size in twenty has a sample farther out.
     limit = STRICT if one.outliers == "reject" else float(norm.isf(0.025 / max(total, 2)))
-    far = ~(feet.distance <= limit * max(sigma, 1e-12))
+    noise = noise_at(feet.curve, feet.station, one.refined.sigmas, one.refined.noises or None)
+    noise = np.where(feet.curve >= 0, np.maximum(noise, 1e-12), max(sigma, 1e-12))
+    far = ~(feet.distance <= limit * noise)
     return np.where(far, -1, feet.curve), far
 
 
@@ -162,16 +166,24 @@ def _curves(one: Solved, own: Ints) -> list[Curve]:
                 length=min(line.length * one.frame.scale, LARGEST),
                 samples=len(distance),
                 rms_residual=min(residual * one.frame.scale, LARGEST),
-                standard_errors=_in_units(one.refined.errors[k], one.frame.scale),
+                standard_errors=_in_units(_errors(one, k), one.frame.scale),
             )
         )
     return out
 
 
+def _errors(one: Solved, k: int) -> Floats:
+    """Standard errors of a curve; in space those of the plane that it was projected on join them."""
+    errors = one.refined.errors[k]
+    if one.frame.dimension == 2 or not one.frame.flat:
+        return errors
+    return with_plane(errors, one.refined.curves[k].vertices, one.points, one.refined.sigma)
+
+
 def _in_units(errors: Floats, scale: float) -> Floats | None:
-    """Standard errors in the user's units; None where the curve was not fitted."""
+    """Standard errors in the user's units; None where no fit holds the curve anywhere."""
     with np.errstate(over="ignore"):
-        return None if np.isnan(errors).any() else np.minimum(errors * scale, LARGEST)
+        return None if np.isnan(errors).all() else np.minimum(errors * scale, LARGEST)
 
 
 def _crossings(one: Solved, first: int) -> list[Crossing]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from core.cloud.balls import Balls, optimal_balls
-from core.cloud.linkage import components
+from core.cloud.plateau import Witnesses, clearest, least_component_size
 from core.cloud.points import LARGEST, Normalisation, centred, distinct, inverse_power_of_two
 from core.cloud.sampling import spread_subsample
 
@@ -58,31 +58,10 @@ STRAY_DENSITY = 0.5
 FLANK = {2: 1.8, 3: 2.5}
 DECAY = {2: 0.304, 3: 0.24}
 
-# The epsilons considered: RATIO^0 … RATIO^(STEPS - 1) times the shortest, a range of 1 : 3.9.
-RATIO = 1.12
-STEPS = 13
-# An epsilon is a clear choice when it lies amid this many steps that merge nothing: a factor of 1.76.
-PLATEAU = 5
-# Components of six times the least size count as curves when plateaus are sought: clumps of outliers do not.
-CURVE = 6
-# The longest hop may cover this much more of the points than the one chosen.
-DUST = 0.1
-# One curve that covers so much needs no comparison with longer hops.
-WHOLE = 0.8
-# The same of the length that the probes stand for: sparse parts are long, however few their samples.
-LENGTH_DUST = 0.05
-LENGTH_WHOLE = 0.95
-# A component of so much of that length is a curve.
-LONG = 0.05
-
-
-def least_component_size(count: int) -> int:
-    """Size below which a component of ``count`` points is taken for outliers: ceil(ln N) + 1.
-
-    Clumps of outliers grow rarer exponentially with their size, so that the largest to
-    be expected grows with ln N. Never more than N.
-    """
-    return math.ceil(math.log(count)) + 1
+# Points are on a lattice when so many have their nearest neighbour at one distance, but for rounding.
+LATTICE = 1e-6
+LATTICE_SHARE = 0.8
+DIAGONAL = 1.5  # steps: joins diagonal neighbours
 
 
 def estimate_epsilon(points: Floats) -> float:
@@ -106,21 +85,33 @@ def estimate_epsilon(points: Floats) -> float:
     """
     largest = float(np.abs(points).max())
     unit = inverse_power_of_two(largest) if not TINY < largest < 1 / TINY and largest > 0 else 1.0
-    points = distinct(points * unit if unit != 1 else points)
+    every = points * unit if unit != 1 else points
+    points = distinct(every)
     if len(points) == 1:
         return 4 * math.ulp(largest)
-    return min(max(_estimate(points) / unit, math.ulp(largest)), LARGEST)
+    step = _lattice_step(points) if len(points) < len(every) else None
+    return min(max(_estimate(points, step) / unit, math.ulp(largest)), LARGEST)
 
 
-def _estimate(points: Floats) -> float:
-    """Estimate epsilon for at least two distinct points of moderate size."""
+def _lattice_step(points: Floats) -> float | None:
+    """Step of the lattice to which distinct points have been rounded; None where there is none to be seen."""
+    seeds = points.take(spread_subsample(points, SEEDS), axis=0)
+    nearest = np.asarray(cKDTree(points).query(seeds, [2])[0])[:, 0]
+    step = float(np.median(nearest))
+    return step if np.mean(np.abs(nearest - step) <= LATTICE * step) > LATTICE_SHARE else None
+
+
+def _estimate(points: Floats, step: float | None) -> float:
+    """Estimate epsilon for distinct points of moderate size, on a lattice of that step or on none."""
     chosen = spread_subsample(points, CANDIDATES)
     candidates, way = centred(points.take(chosen, axis=0))
     probes = _probe(candidates, len(points) / len(candidates))
     shortest = _hop_by_neighbours(candidates) if probes is None else _shortest_hop(points, probes, way)
-    witnesses = _Witnesses.none() if probes is None else _Witnesses.of(probes, chosen)
+    if step is not None:  # rounded, samples have no gaps shorter than the step, and few longer ones
+        shortest = min(shortest, DIAGONAL * step / way.scale)
+    witnesses = Witnesses.none() if probes is None else probes.witnesses(chosen)
     # A hop below the resolution of the coordinates joins nothing more than equal points.
-    return _clearest(points, max(shortest * way.scale, math.ulp(float(np.abs(points).max()))), witnesses)
+    return clearest(points, max(shortest * way.scale, math.ulp(float(np.abs(points).max()))), witnesses)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,6 +129,10 @@ class _Probes:
         """Which are not so much thinner than the rest that they may be of outliers."""
         usual = np.sort(self.density)[int(STRAY_SHARE * len(self.density))]
         return np.asarray(self.density >= STRAY_DENSITY * usual)
+
+    def witnesses(self, candidates: Ints) -> Witnesses:
+        """The places of the certain ones; ``candidates`` are the indices of the points asked."""
+        return Witnesses(candidates[self.seed[self.certain]], 1 / self.density[self.certain])
 
 
 def _probe(candidates: Floats, thinning: float) -> _Probes | None:
@@ -171,9 +166,13 @@ def _probe(candidates: Floats, thinning: float) -> _Probes | None:
 def _nearby(candidates: Floats, seeds: Floats, sigma: float) -> Floats:
     """Density of the nearest candidates where they line up through the seed; nan elsewhere."""
     count = min(NEARBY, len(candidates))
-    farthest = np.asarray(cKDTree(candidates).query(seeds, [count])[0])[:, 0]
+    tree = cKDTree(candidates, compact_nodes=False, balanced_tree=False)  # few queries: built fast
+    farthest = np.asarray(tree.query(seeds, [count])[0])[:, 0]
     reach = np.maximum(farthest * (1 + 1e-9), WIDE * sigma)  # rounding must not leave the farthest out
-    inside, middle, moment = _moments(candidates, seeds, reach)
+    ordered = candidates.take(np.argsort(candidates[:, 0]), axis=0)
+    first = np.searchsorted(ordered[:, 0], seeds[:, 0] - reach)
+    last = np.searchsorted(ordered[:, 0], seeds[:, 0] + reach, side="right")
+    inside, middle, moment = _moments(ordered, seeds, reach, first, last)
     values, ways = np.linalg.eigh(moment - np.einsum("ni,nj->nij", middle, middle))
     across = np.maximum(values[:, :-1].sum(axis=1), 0.0)
     along = np.einsum("ni,ni->n", middle, ways[:, :, -1])
@@ -185,8 +184,11 @@ def _nearby(candidates: Floats, seeds: Floats, sigma: float) -> Floats:
 
 
 @njit(cache=True)
-def _moments(points, seeds, reach):  # type: ignore[no-untyped-def]
-    """Count, mean (M, 3) and second moments (M, 3, 3), about each seed, of the points within its reach."""
+def _moments(points, seeds, reach, first, last):  # type: ignore[no-untyped-def]
+    """Count, mean (M, 3) and second moments (M, 3, 3), about each seed, of the points within its reach.
+
+    Points are looked at from ``first`` to ``last`` only.
+    """
     m = len(seeds)
     inside = np.zeros(m)
     middle = np.zeros((m, 3))
@@ -194,7 +196,7 @@ def _moments(points, seeds, reach):  # type: ignore[no-untyped-def]
     offset = np.empty(3)
     for s in range(m):
         limit = reach[s] * reach[s]
-        for i in range(len(points)):
+        for i in range(first[s], last[s]):
             square = 0.0
             for a in range(3):
                 offset[a] = points[i, a] - seeds[s, a]
@@ -277,83 +279,3 @@ def _hop_by_neighbours(candidates: Floats) -> float:
     neighbour = min(least_component_size(len(candidates)), len(candidates) - 1)
     distances = cKDTree(candidates).query(candidates, k=[neighbour + 1])[0]
     return float(np.quantile(distances, 0.9))
-
-
-def _clearest(points: Floats, shortest: float, witnesses: _Witnesses) -> float:
-    """Find the first epsilon from the shortest upward beyond which nothing merges over a wide range."""
-    ladder = _Ladder(points, shortest, witnesses, {})
-    top = STEPS - 1
-    if ladder.curves(0) == 1 and ladder.covered(0) > WHOLE and ladder.length(0) > LENGTH_WHOLE:
-        return ladder.epsilon(top / 2)
-    step = 0
-    while step < top and (
-        ladder.covered(step) < ladder.covered(top) - DUST
-        or ladder.length(step) < ladder.length(top) - LENGTH_DUST
-    ):
-        step += 1
-    while step < top and ladder.curves(step) != ladder.curves(top):
-        end = step
-        while end < top and ladder.curves(end + 1) == ladder.curves(step):
-            end += 1
-        if end - step + 1 >= PLATEAU:
-            return ladder.epsilon((step + end) / 2)
-        step = end + 1
-    return ladder.epsilon((step + top) / 2)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Witnesses:
-    """Points on curves, by their index, and the length of curve that each stands for."""
-
-    index: Ints
-    length: Floats
-
-    @classmethod
-    def none(cls) -> _Witnesses:
-        """Nobody: all lengths are then covered."""
-        return cls(np.zeros(0, np.int64), np.zeros(0))
-
-    @classmethod
-    def of(cls, probes: _Probes, candidates: Ints) -> _Witnesses:
-        """The probes; ``candidates`` are the indices of the points among which they were found."""
-        return cls(candidates[probes.seed[probes.certain]], 1 / probes.density[probes.certain])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Ladder:
-    """Partitions of a point set at geometrically growing epsilons, computed when asked for."""
-
-    points: Floats
-    shortest: float
-    witnesses: _Witnesses
-    known: dict[int, tuple[int, float, float]]
-
-    def epsilon(self, step: float) -> float:
-        """Hop of a step."""
-        return self.shortest * float(RATIO**step)
-
-    def curves(self, step: int) -> int:
-        """Count the components large enough to be curves."""
-        return self._census(step)[0]
-
-    def covered(self, step: int) -> float:
-        """Share of the points in components that are not taken for outliers."""
-        return self._census(step)[1]
-
-    def length(self, step: int) -> float:
-        """Share of the length in components that are not taken for outliers."""
-        return self._census(step)[2]
-
-    def _census(self, step: int) -> tuple[int, float, float]:
-        if step not in self.known:
-            labels = components(self.points, self.epsilon(step))
-            sizes = np.bincount(labels)
-            least = least_component_size(len(self.points))
-            witnessed = np.bincount(labels[self.witnesses.index], self.witnesses.length, len(sizes))
-            length = witnessed / max(float(witnessed.sum()), 1e-300)
-            curves = (sizes >= CURVE * least) | ((sizes >= least) & (length >= LONG))
-            kept = sizes >= least
-            covered = float(sizes[kept].sum()) / len(self.points)
-            told = float(length[kept].sum()) if len(self.witnesses.index) else 1.0
-            self.known[step] = int(curves.sum()), covered, told
-        return self.known[step]

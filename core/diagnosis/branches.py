@@ -16,7 +16,7 @@ from core.refine.polyline import Polyline
 
 __all__ = ["LEAST_GAP", "BranchGap", "branch_gaps"]
 
-LEAST_GAP = 4.0  # in sigma: noise up to two sigma stays on its own side of the middle
+LEAST_GAP = 4.5  # in sigma: nearer branches are not told apart reliably
 _STATIONS = 1500
 
 BranchGap = tuple[NDArray[np.float64], float]

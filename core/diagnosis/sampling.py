@@ -5,56 +5,164 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from core.cloud.points import LARGEST
-from core.diagnosis.branches import LEAST_GAP, branch_gaps
-from core.refine.crossings import crossings
-from core.results import Curve, Nyquist, Partition, Sampling, Violation
+from core.diagnosis.across import Across, samples_across
+from core.diagnosis.facing import facing_ends
+from core.diagnosis.noise import noise_along, noise_error
+from core.diagnosis.nyquist import Findings, findings_of
+from core.diagnosis.verdict import verdict_of
+from core.diagnosis.wording import facing
+from core.refine.polyline import Polyline
+from core.results import (
+    ComponentSampling,
+    Curve,
+    CurveGap,
+    Nyquist,
+    Partition,
+    Sampling,
+    SigmaAlong,
+    Violation,
+)
 from core.solved import Solved
 
 __all__ = ["sampling_of", "verdict_of"]
 
+Floats = NDArray[np.float64]
+
+PLACES = 65  # of one curve at which its noise is told
+
 
 def sampling_of(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partition) -> Sampling:
-    samples = sum(c.samples for c in curves)
-    length = sum(c.length for c in curves)
-    weights = np.array([len(one.members) for one in solved], np.float64)
-    sigmas = np.array([one.refined.sigma * one.frame.scale for one in solved])
-    largest = max(float(sigmas.max()), float(np.finfo(np.float64).tiny))  # squares of huge ones overflow
-    sigma = largest * float(np.sqrt(np.average((sigmas / largest) ** 2, weights=weights)))
-    # Of coordinates near the smallest doubles there are more samples a unit than doubles can say.
-    density = min(samples / length, LARGEST) if length > 0 else 0.0
-    return Sampling(sigma, density, parts.epsilon, _nyquist(solved))
-
-
-def _nyquist(solved: Sequence[Solved]) -> Nyquist:
-    """The least distance between branches, and every place where it is too small."""
-    violations: list[Violation] = []
-    margin: float | None = None
-    for one in solved:
-        sigma = one.refined.sigma
-        meetings = crossings(one.refined.curves) if one.frame.flat else []
-        for place, gap in branch_gaps(one.refined.curves, sigma):
-            if any(np.linalg.norm(m.place - place) < 12.0 * sigma + 2.0 * gap for m in meetings):
-                continue
-            sigmas = gap / sigma
-            margin = sigmas if margin is None else min(margin, sigmas)
-            if sigmas < LEAST_GAP:
-                location = one.frame.restore(place[None])[0]
-                reason = (
-                    f"two branches only {sigmas:.1f} sigma apart: noise must stay below half of the detail"
-                )
-                violations.append(Violation(location, float(sigmas), reason))
-    return Nyquist(not violations, margin, tuple(violations))
-
-
-def verdict_of(sampling: Sampling) -> str:
-    """Say in one sentence whether the samples are good enough.
+    """Tell noise, density, gaps and Nyquist compliance.
 
     Parameters
     ----------
-    sampling : Sampling
+    curves : sequence of Curve
+        Of all components, in the user's frame.
+    solved : sequence of Solved
+        The components.
+    parts : Partition
     """
-    if sampling.nyquist.compliant:
-        return "The samples are good enough: the noise stays below half of the smallest detail."
-    return f"The samples are not good enough in {len(sampling.nyquist.violations)} places."
+    across = [
+        samples_across(one.points, one.refined.curves, one.refined.feet, one.refined.sigmas, one.frame.flat)
+        for one in solved
+    ]
+    total = sum(len(each.stations) for samples in across for each in samples)
+    findings = [findings_of(one, samples, total) for one, samples in zip(solved, across, strict=True)]
+    components = _components(curves, solved, across)
+    sigma, error = _together(components)
+    return Sampling(
+        sigma=sigma,
+        density=_density(curves),
+        epsilon=parts.epsilon,
+        nyquist=_nyquist(findings, _facing(solved, across, total)),
+        sigma_error=error,
+        sigma_along=tuple(_sigma_along(solved, across)),
+        largest_gap=_largest_gap(solved, across, findings),
+        components=components,
+    )
+
+
+def _density(curves: Sequence[Curve]) -> float:
+    """Samples a unit of length; of coordinates near the smallest doubles more than doubles can say."""
+    samples, length = sum(c.samples for c in curves), sum(c.length for c in curves)
+    return min(samples / length, LARGEST) if length > 0 else 0.0
+
+
+def _components(
+    curves: Sequence[Curve], solved: Sequence[Solved], across: Sequence[Sequence[Across]]
+) -> tuple[ComponentSampling, ...]:
+    out = []
+    for one, samples in zip(solved, across, strict=True):
+        label = one.component.label
+        error = noise_error(one.refined, samples, 1 if one.frame.flat else 2)
+        out.append(
+            ComponentSampling(
+                label=label,
+                size=len(one.members),
+                sigma=min(one.refined.sigma * one.frame.scale, LARGEST),
+                sigma_error=None if error is None else min(error * one.frame.scale, LARGEST),
+                density=_density([curve for curve in curves if curve.component == label]),
+            )
+        )
+    return tuple(out)
+
+
+def _together(components: Sequence[ComponentSampling]) -> tuple[float, float | None]:
+    """Noise of all components, the mean variance weighted by samples, and its standard error."""
+    weight = np.array([one.size for one in components], np.float64)
+    weight /= weight.sum()
+    sigmas = np.array([one.sigma for one in components])
+    largest = max(float(sigmas.max()), float(np.finfo(np.float64).tiny))  # squares of huge ones overflow
+    sigmas = sigmas / largest
+    sigma = float(np.sqrt(np.sum(weight * sigmas**2)))
+    if sigma == 0.0 or any(one.sigma_error is None for one in components):
+        return sigma * largest, None
+    errors = np.array([one.sigma_error or 0.0 for one in components]) / largest
+    error = float(np.sqrt(np.sum((weight * sigmas * errors) ** 2))) / sigma
+    return sigma * largest, min(error * largest, LARGEST)
+
+
+def _nyquist(findings: Sequence[Findings], faced: Sequence[Violation]) -> Nyquist:
+    """The least distance between branches, and every place where the samples do not suffice."""
+    violations = sorted(
+        [*(v for one in findings for v in one.violations), *faced], key=lambda v: v.gap_sigmas
+    )
+    near = [one for one in findings if one.margin is not None]
+    if not near:
+        return Nyquist(not violations, None, tuple(violations))
+    least = min(near, key=lambda one: one.margin or 0.0)
+    return Nyquist(not violations, least.margin, tuple(violations), least.margin_location)
+
+
+def _sigma_along(solved: Sequence[Solved], across: Sequence[Sequence[Across]]) -> list[SigmaAlong]:
+    out, first = [], 0
+    for one, samples in zip(solved, across, strict=True):
+        for k, each in enumerate(samples):
+            found = noise_along(each, 1 if one.frame.flat else 2)
+            if found is not None:
+                at = np.linspace(0.0, each.line.length, PLACES, endpoint=not each.line.closed)
+                with np.errstate(over="ignore"):
+                    sigma = np.minimum(found.at(at) * one.frame.scale, LARGEST)
+                out.append(SigmaAlong(first + k, one.frame.restore(each.line.at(at)), sigma))
+        first += len(samples)
+    return out
+
+
+def _largest_gap(
+    solved: Sequence[Solved], across: Sequence[Sequence[Across]], findings: Sequence[Findings]
+) -> CurveGap | None:
+    best: CurveGap | None = None
+    first = 0
+    for one, samples, found in zip(solved, across, findings, strict=True):
+        if found.gap is not None and (best is None or found.gap[1].spacings > best.spacings):
+            k, gap = found.gap
+            place = one.frame.restore(samples[k].line.at(np.array([gap.middle])))[0]
+            length = min(gap.length * one.frame.scale, LARGEST)
+            best = CurveGap(place, first + k, length, gap.spacings, gap.expected)
+        first += len(samples)
+    return best
+
+
+def _facing(solved: Sequence[Solved], across: Sequence[Sequence[Across]], total: int) -> list[Violation]:
+    """Ends of curves of any components that face each other over a gap."""
+    frame = max(solved, key=lambda one: len(one.members)).frame
+    lines, counts, sigma = [], [], 0.0
+    for one, samples in zip(solved, across, strict=True):
+        sigma = max(sigma, one.refined.sigma * (one.frame.scale / frame.scale))
+        for each in samples:
+            places = frame.way.apply(one.frame.restore(each.line.vertices))
+            lines.append(Polyline(np.pad(places, ((0, 0), (0, 3 - places.shape[1]))), each.line.closed))
+            counts.append(len(each.stations))
+    return [
+        facing(
+            frame.way.restore(each.place[None, : frame.dimension])[0],
+            min(each.gap / sigma, LARGEST) if sigma > 1e-300 else LARGEST,
+            min(each.gap * frame.scale, LARGEST),
+            each.spacings,
+            each.expected,
+        )
+        for each in facing_ends(lines, counts, sigma, total)
+    ]

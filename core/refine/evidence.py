@@ -1,8 +1,8 @@
 """How well curves explain a point set: a description length, to choose between hypotheses.
 
-Each sample comes from some place on a curve, displaced by Gaussian noise, or from a
-uniform background. Where branches cross their densities add up. A stretch of curve without
-samples lowers the density of all others and so costs as many nats as samples were due
+Each sample comes from some place on a curve, displaced by Gaussian noise, or from a uniform
+background, whose share is the likeliest. Where branches cross their densities add up. A stretch of
+curve without samples lowers the density of all others and so costs as many nats as samples were due
 there; every end and every curve costs what its parameters do.
 """
 
@@ -18,7 +18,9 @@ from core.refine.polyline import Polyline
 
 __all__ = ["bending", "description_length"]
 
-BACKGROUND = 0.02  # prior share of outliers
+BACKGROUND = 0.02  # share of outliers at first, and in as many samples more:
+PRIOR = 50.0  # of no data
+ROUNDS = 12  # of finding the share
 COST_OF_CURVE = 1.0  # in units of ln N
 COST_OF_END = 2.5
 MOST_CHORDS = 5000  # a curve
@@ -61,17 +63,26 @@ def description_length(
     blurred = np.where(seen, np.exp(-0.5 * (np.where(seen, distance, 0.0) / sigma) ** 2), 0.0)
     blurred *= np.append(weight, 0.0)[near]
     on_curves = (
-        (1.0 - BACKGROUND)
+        1.0
         / max(float(weight.sum()), LEAST_SIGMA * extent)
         * blurred.sum(axis=1)
         / (sigma * np.sqrt(2.0 * np.pi)) ** axes
     )
-    likelihood = np.log(on_curves + BACKGROUND / (2.0 * extent) ** axes).sum()
+    likelihood = _among_outliers(on_curves, 1.0 / (2.0 * extent) ** axes)
     if whole:
         return float(-likelihood)
     ends = sum(2 for line in curves if not line.closed)
     parameters = (COST_OF_CURVE * len(curves) + COST_OF_END * ends) * np.log(len(points) + 1.0)
     return float(parameters - likelihood)
+
+
+def _among_outliers(dense: NDArray[np.float64], background: float) -> float:
+    """Log-likelihood of samples from the curves, and from a background of the likeliest share."""
+    share = BACKGROUND
+    for _ in range(ROUNDS):
+        stray = share * background / (share * background + (1.0 - share) * dense)
+        share = float((stray.sum() + PRIOR * BACKGROUND) / (len(dense) + PRIOR))
+    return float(np.log((1.0 - share) * dense + share * background).sum())
 
 
 def bending(curves: Sequence[Polyline], sigma: float, curvature: float) -> float:

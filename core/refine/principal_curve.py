@@ -8,7 +8,7 @@ that bias, and it is taken out; more samples would never do so.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,14 @@ from core.refine.corners import find_corners
 from core.refine.course import Rules, fit_course
 from core.refine.ends import ends_of, prolonged
 from core.refine.junctions import meeting
+from core.refine.local_noise import LocalNoise
 from core.refine.noise import mean_square
 from core.refine.pieces import Cornered, cornered, fit_pieces
 from core.refine.polyline import Polyline
 from core.refine.project import Feet, project
 from core.refine.regression import Bandwidths
 from core.refine.shares import Share, groups_of, shares_of
+from core.refine.uncertainty import sigma_error
 
 __all__ = ["CUT", "Refined", "as_they_are", "refine_curves"]
 
@@ -51,7 +53,11 @@ class Refined:
     sigmas : (C,) array
         The same, curve by curve.
     errors : tuple of (M,) arrays
-        Pointwise standard error at the vertices.
+        Pointwise standard error at the vertices, normal to the curve; NaN where no fit holds it.
+    sigma_errors : (C,) array
+        Standard error of each of the sigmas; empty where nobody asked.
+    noises : tuple of LocalNoise
+        Noise along each curve; empty where it is taken for the same everywhere.
     """
 
     curves: tuple[Polyline, ...]
@@ -59,6 +65,8 @@ class Refined:
     sigma: float
     sigmas: Floats
     errors: tuple[Floats, ...]
+    sigma_errors: Floats = field(default_factory=lambda: np.zeros(0))
+    noises: tuple[LocalNoise, ...] = ()
 
 
 def refine_curves(
@@ -91,27 +99,56 @@ def refine_curves(
     corners : bool
         Whether to keep corners sharp.
     """
-    rules = Rules(1 if flat else 2, cut, None)
-    states = [_State(line, sigma, np.zeros(len(line.vertices)), None) for line in curves]
+    rules = Rules(1 if flat else 2, cut, None, final=False)
+    states = [_State(line, line, sigma, np.nan, _unknown(line), None) for line in curves]
     for _ in range(passes):
         states = _one_pass(sample.few, states, rules)
-    states = _one_pass(sample.points, states, replace(rules, spacing=spacing))
+    rules = replace(rules, spacing=spacing, final=True)
+    states = _one_pass(sample.points, states, rules)
     if corners:
-        states = _with_corners(sample, states, replace(rules, spacing=spacing))
+        states = _with_corners(sample, states, rules)
     lines = [state.line for state in states]
     sigmas = np.array([state.sigma for state in states])
-    feet = project(sample.points, lines, _reach(sigmas, max(cut, SEEN)))
-    return Refined(tuple(lines), feet, _noise(feet, sigmas), sigmas, tuple(state.error for state in states))
+    noises = tuple(state.noise(0.0, state.line.length) for state in states)
+    largest = np.array([noise.largest for noise in noises])
+    feet = project(sample.points, lines, _reach(largest, max(cut, SEEN)))
+    return Refined(
+        curves=tuple(lines),
+        feet=feet,
+        sigma=_noise(feet, sigmas),
+        sigmas=sigmas,
+        errors=tuple(state.error for state in states),
+        sigma_errors=np.array([state.sigma_error for state in states]),
+        noises=noises,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _State:
-    """A curve between passes: course, noise, standard error at its vertices, last bandwidths."""
+    """A curve between passes: course and noise with their standard errors, last bandwidths.
+
+    ``wide`` is the course as windows of eight sigma show it, which round corners off alike; ``along``
+    the noise where it varies.
+    """
 
     line: Polyline
+    wide: Polyline
     sigma: float
+    sigma_error: float
     error: Floats
     bandwidths: Bandwidths | None
+    along: LocalNoise | None = None
+
+    def noise(self, low: float, high: float) -> LocalNoise:
+        """Noise between two stations; beyond the curve's ends theirs goes on."""
+        if self.along is None or not self.along.varies:
+            return LocalNoise.constant(self.sigma, high - low)
+        return self.along.stretched(self.line.length).between(low, high)
+
+
+def _unknown(line: Polyline) -> Floats:
+    """No standard error at a curve's vertices."""
+    return np.full(len(line.vertices), np.nan)
 
 
 def _reach(sigmas: Floats, cut: float) -> float:
@@ -122,10 +159,15 @@ def _one_pass(samples: Floats, states: list[_State], rules: Rules) -> list[_Stat
     """Project all samples, and refit every curve to its own."""
     sigmas = np.array([state.sigma for state in states])
     lines = [prolonged(state.line, PROLONGED * state.sigma) for state in states]
-    feet = project(samples, lines, _reach(sigmas, rules.cut))
-    branches = near_branches(lines, sigmas, rules.cut)
+    before = [0.0 if state.line.closed else PROLONGED * state.sigma for state in states]
+    along = [
+        state.noise(-by, line.length - by) for state, line, by in zip(states, lines, before, strict=True)
+    ]
+    largest = np.array([noise.largest for noise in along])
+    feet = project(samples, lines, _reach(largest, rules.cut))
+    branches = near_branches(lines, largest, rules.cut)
     ends = np.array([_ends(state.line, PROLONGED * state.sigma) for state in states])
-    shares = shares_of(samples, feet, sigmas, rules.cut, branches, ends, rules.normals)
+    shares = shares_of(samples, feet, sigmas, rules.cut, branches, ends, rules.normals, along)
     out = []
     for k, (share, state, line) in enumerate(zip(shares, states, lines, strict=True)):
         span = 0.0, line.length
@@ -133,7 +175,7 @@ def _one_pass(samples: Floats, states: list[_State], rules: Rules) -> list[_Stat
             span = ends_of(share.station, line.length, state.sigma, share.weight)
             if branches is not None:
                 span = _held(line, k, span, branches, ends)
-        out.append(_refit(samples, share, span, replace(state, line=line), rules))
+        out.append(_refit(samples, share, span, replace(state, line=line, along=along[k]), rules))
     return out
 
 
@@ -152,18 +194,19 @@ def _ends(line: Polyline, by: float) -> tuple[float, float]:
 
 def _with_corners(sample: Sample, states: list[_State], rules: Rules) -> list[_State]:
     """Find the corners of every curve with a few samples, and fit the pieces between them with all."""
+    smooth, states = states, [replace(state, line=state.wide) for state in states]
     found = [
         find_corners(sample.few[mine], station, state.line, state.sigma)
         for state, (mine, station) in zip(states, _own_samples(sample.few, states, rules), strict=True)
     ]
     if not any(found):
-        return states
+        return smooth
     sharp = [
         cornered(state.line, corners) if corners else None
         for state, corners in zip(states, found, strict=True)
     ]
     shares = _shares_of_pieces(sample.points, states, sharp, rules)
-    out = list(states)
+    out = list(smooth)
     for k, (state, curve, share) in enumerate(zip(states, sharp, shares, strict=True)):
         if curve is not None:
             line, error = fit_pieces(sample.points, share, curve, state.sigma, rules)
@@ -208,7 +251,7 @@ def _own_samples(
 def _refit(samples: Floats, share: Share, span: tuple[float, float], state: _State, rules: Rules) -> _State:
     """Regress one curve, between two stations, on the arc length of its samples' feet."""
     line, sigma = state.line, state.sigma
-    stay = replace(state, error=np.zeros(len(line.vertices)))
+    stay = replace(state, wide=line, error=_unknown(line))
     low, high = span
     if share.mass < LEAST_SAMPLES:
         return stay
@@ -216,14 +259,18 @@ def _refit(samples: Floats, share: Share, span: tuple[float, float], state: _Sta
         share = share.only((share.station >= low) & (share.station <= high))
     if high <= low or share.mass < LEAST_SAMPLES:
         return stay
+    along = state.noise(low, high)
     course = fit_course(
         samples[share.index], share.station - low, share.distance, high - low, line.closed, sigma, rules,
-        state.bandwidths, share.weight,
+        state.bandwidths, share.weight, along,
     )  # fmt: skip
     fitted = Polyline(course.vertices, line.closed)
-    if _has_run_away(fitted, line, max(rules.cut * sigma, 0.05 * (high - low))):
+    if _has_run_away(fitted, line, max(rules.cut * along.largest, 0.05 * (high - low))):
         return stay
-    return _State(fitted, course.noise, course.error, course.bandwidths)
+    wide = fitted if course.wide is course.vertices else Polyline(course.wide, line.closed)
+    return _State(
+        fitted, wide, course.noise, course.noise_error, course.error, course.bandwidths, course.along
+    )
 
 
 def _has_run_away(line: Polyline, last: Polyline, reach: float) -> bool:
@@ -259,8 +306,14 @@ def as_they_are(
         ends = np.array([_ends(line, 0.0) for line in lines])
         shares = shares_of(sample.points, feet, given, cut, branches, ends, normals)
     sigmas = np.array([_spread(share, sigma, normals) for share in shares])
-    errors = tuple(np.zeros(len(line.vertices)) for line in lines)
-    return Refined(tuple(lines), feet, _noise(feet, sigmas), sigmas, errors)
+    errors = tuple(_unknown(line) for line in lines)
+    sigma_errors = np.array(
+        [
+            sigma_error(share.distance, share.weight, 0.0, float(own), normals)
+            for share, own in zip(shares, sigmas, strict=True)
+        ]
+    )
+    return Refined(tuple(lines), feet, _noise(feet, sigmas), sigmas, errors, sigma_errors)
 
 
 def _spread(share: Share, sigma: float, normals: int) -> float:

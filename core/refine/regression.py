@@ -12,7 +12,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["Bandwidths", "Bins", "Fit", "bin_samples", "local_fit", "select_bandwidths"]
+__all__ = [
+    "AT_ENDS",
+    "INSIDE",
+    "Bandwidths",
+    "Bins",
+    "Fit",
+    "bin_samples",
+    "blend_of",
+    "local_fit",
+    "merged",
+    "offset_of",
+    "one_order",
+    "polynomial_at",
+    "reach_of",
+    "select_bandwidths",
+]
 
 
 INSIDE, AT_ENDS = 4, 2  # orders
@@ -54,8 +69,7 @@ class Fit:
     value, second : (K, 3) array
         Position and second derivative.
     leverage : (K,) array
-        Weight of one sample at the station in its own fit; the squared standard error of
-        the value is close to ``sigma^2`` times this.
+        Weight of one sample at the station in its own fit: what the fit spends of freedom there.
     """
 
     value: NDArray[np.float64]
@@ -124,11 +138,11 @@ class Bandwidths:
 
 def local_fit(bins: Bins, at: NDArray[np.float64], bandwidths: Bandwidths) -> Fit:
     """Fit local polynomials at each station of ``at`` (K,): order four inside, two at open ends."""
-    inside = _one_order(bins, at, bandwidths.inside, INSIDE)
+    inside = one_order(bins, at, bandwidths.inside, INSIDE)
     if bins.closed:
         return inside
-    ends = _one_order(bins, at, bandwidths.ends, AT_ENDS)
-    share = np.clip(2.0 * np.minimum(at, bins.length - at) / bandwidths.inside - 1.0, 0.0, 1.0)
+    ends = one_order(bins, at, bandwidths.ends, AT_ENDS)
+    share = blend_of(bins, at, bandwidths)
     blend = share[:, None]
     return Fit(
         blend * inside.value + (1.0 - blend) * ends.value,
@@ -137,12 +151,20 @@ def local_fit(bins: Bins, at: NDArray[np.float64], bandwidths: Bandwidths) -> Fi
     )
 
 
-def _one_order(
+def blend_of(bins: Bins, at: NDArray[np.float64], bandwidths: Bandwidths) -> NDArray[np.float64]:
+    """How far the fit at each station of ``at`` (K,) is of the order inside: one, but near open ends."""
+    if bins.closed:
+        return np.ones(len(at))
+    return np.clip(2.0 * np.minimum(at, bins.length - at) / bandwidths.inside - 1.0, 0.0, 1.0)
+
+
+def one_order(
     bins: Bins, at: NDArray[np.float64], bandwidth: float, order: int, detail: float = BINS_A_BANDWIDTH
 ) -> Fit:
+    """Fit local polynomials of one order at each station of ``at`` (K,)."""
     if bins.closed:  # beyond half way round, rounding would tell on which side a far bin counts
         bandwidth = min(bandwidth, 0.5 * bins.length)
-    coarse = _merged(bins, bandwidth, detail)
+    coarse = merged(bins, bandwidth, detail)
     return Fit(
         *_fit_all(
             coarse.station, coarse.count, coarse.mean, coarse.length, coarse.closed, at, bandwidth, order
@@ -150,7 +172,7 @@ def _one_order(
     )
 
 
-def _merged(bins: Bins, bandwidth: float, detail: float) -> Bins:
+def merged(bins: Bins, bandwidth: float, detail: float) -> Bins:
     """Bins merged as far as the bandwidth allows: every window then costs the same."""
     size = len(bins.count)
     # Windows wider than the curve still need bins to tell its shape.
@@ -189,7 +211,7 @@ def _least_cp(bins: Bins, candidates: NDArray[np.float64], variance: float, orde
     station, count, mean = bins.station[some], bins.count[some], bins.mean[some]
     scores = np.empty(len(candidates))
     for k, h in enumerate(candidates):
-        fit = _one_order(bins, station, float(h), order, BINS_TO_JUDGE)
+        fit = one_order(bins, station, float(h), order, BINS_TO_JUDGE)
         residual = np.einsum("ij,ij->i", mean - fit.value, mean - fit.value)
         scores[k] = np.sum(count * (residual + PENALTY * variance * fit.leverage))
     return _lowest(np.log(candidates), scores)
@@ -237,35 +259,43 @@ def _solve(m, rhs, size):  # type: ignore[no-untyped-def]
     return True
 
 
+@njit(cache=True, inline="always")
+def reach_of(s, h, length, bins, closed):  # type: ignore[no-untyped-def]
+    """First and last bin of the window around ``s``, and whether it goes all the way round."""
+    width = length / bins
+    first, last = int(np.floor((s - h) / width)) - 1, int(np.floor((s + h) / width)) + 1
+    if closed and last - first >= bins:
+        return 0, bins - 1, True
+    return (first, last, False) if closed else (max(first, 0), min(last, bins - 1), False)
+
+
+@njit(cache=True, inline="always")
+def offset_of(j, station, s, h, length, whole):  # type: ignore[no-untyped-def]
+    """Bin ``j``, counted beyond the seam, as one on the curve, and its place in the window, -1 to 1."""
+    bins = station.shape[0]
+    b, shift = j, 0.0
+    if b < 0:
+        b += bins
+        shift = -length
+    elif b >= bins:
+        b -= bins
+        shift = length
+    away = station[b] + shift - s
+    if whole:  # each bin counts once, on the side where it is nearer
+        away -= length * np.round(away / length)
+    return b, away / h
+
+
 @njit(cache=True)
 def _window(station, count, mean, length, closed, s, h, moments, target):  # type: ignore[no-untyped-def]
     """Moments of the window around ``s``; returns the number of bins with samples in it."""
-    bins = station.shape[0]
-    width = length / bins
-    first, last = int(np.floor((s - h) / width)) - 1, int(np.floor((s + h) / width)) + 1
-    whole = closed and last - first >= bins
-    if whole:
-        first, last = 0, bins - 1
-    elif not closed:
-        first, last = max(first, 0), min(last, bins - 1)
+    first, last, whole = reach_of(s, h, length, station.shape[0], closed)
     moments[:] = 0.0
     target[:] = 0.0
     used = 0
     for j in range(first, last + 1):
-        b, shift = j, 0.0
-        if b < 0:
-            b += bins
-            shift = -length
-        elif b >= bins:
-            b -= bins
-            shift = length
-        if count[b] == 0.0:
-            continue
-        away = station[b] + shift - s
-        if whole:  # each bin counts once, on the side where it is nearer
-            away -= length * np.round(away / length)
-        u = away / h
-        if abs(u) >= 1.0:
+        b, u = offset_of(j, station, s, h, length, whole)
+        if count[b] == 0.0 or abs(u) >= 1.0:
             continue
         used += 1
         w = count[b] * (1.0 - u * u)
@@ -281,31 +311,50 @@ def _window(station, count, mean, length, closed, s, h, moments, target):  # typ
 
 
 @njit(cache=True)
+def polynomial_at(  # type: ignore[no-untyped-def]
+    station, count, mean, length, closed, s, h, highest, feedback, moments, target, m, rhs
+):  # fmt: skip
+    """Solve for the local polynomial of the highest order that the window's samples allow.
+
+    Leaves in the columns of ``rhs`` its coefficients for x, y and z, and those of the polynomial that
+    gives the weights of samples in its value plus ``feedback`` times its second derivative. Returns the
+    order, -1 without samples, and the half-width of the window.
+    """
+    used = _window(station, count, mean, length, closed, s, h, moments, target)
+    while used < highest + 2 and h < length:
+        h *= 1.3
+        used = _window(station, count, mean, length, closed, s, h, moments, target)
+    for order in range(highest, -1, -1):
+        if used <= order + 1 and order > 0:
+            continue
+        for a in range(order + 1):
+            for b in range(order + 1):
+                m[a, b] = moments[a + b]
+            for k in range(3):
+                rhs[a, k] = target[a, k]
+            rhs[a, 3] = 1.0 if a == 0 else 0.0
+        if order >= 2:
+            rhs[2, 3] = 2.0 * feedback / (h * h)
+        if _solve(m, rhs, order + 1):
+            return order, h
+    return -1, h
+
+
+@njit(cache=True)
 def _fit_all(station, count, mean, length, closed, at, bandwidth, highest):  # type: ignore[no-untyped-def]
-    """Local polynomials of the highest order that the window's samples allow."""
+    """Local polynomials at each station of ``at``."""
     n = at.shape[0]
     value, second, leverage = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
     moments, target = np.empty(9), np.empty((5, 3))
     m, rhs = np.empty((5, 5)), np.empty((5, 4))
     for i in range(n):
-        s, h = at[i], bandwidth
-        used = _window(station, count, mean, length, closed, s, h, moments, target)
-        while used < highest + 2 and h < length:
-            h *= 1.3
-            used = _window(station, count, mean, length, closed, s, h, moments, target)
-        for order in range(highest, -1, -1):
-            if used <= order + 1 and order > 0:
-                continue
-            for a in range(order + 1):
-                for b in range(order + 1):
-                    m[a, b] = moments[a + b]
-                for k in range(3):
-                    rhs[a, k] = target[a, k]
-                rhs[a, 3] = 1.0 if a == 0 else 0.0
-            if _solve(m, rhs, order + 1):
-                for k in range(3):
-                    value[i, k] = rhs[0, k]
-                    second[i, k] = 2.0 * rhs[2, k] / (h * h) if order >= 2 else 0.0
-                leverage[i] = rhs[0, 3]
-                break
+        order, h = polynomial_at(
+            station, count, mean, length, closed, at[i], bandwidth, highest, 0.0, moments, target, m, rhs
+        )  # fmt: skip
+        if order < 0:
+            continue
+        for k in range(3):
+            value[i, k] = rhs[0, k]
+            second[i, k] = 2.0 * rhs[2, k] / (h * h) if order >= 2 else 0.0
+        leverage[i] = rhs[0, 3]
     return value, second, leverage

@@ -1,20 +1,29 @@
 """Built-in point sets with exact truth, metrics against it, and the oracle's floor."""
 
+from core.truth.catalogue import describe, family, hard_names, held_apart_names, held_out_names, names
+from core.truth.clearance import Clearance, clearance
+from core.truth.conditions import PLAIN, Conditions
 from core.truth.families import Family
 from core.truth.metrics import Score, score
 from core.truth.oracle import oracle_rms
-from core.truth.point_sets import PointSet, TrueCurve, describe, family, held_out_names, names, point_set
+from core.truth.point_sets import PointSet, TrueCurve, point_set
 from core.truth.readings import Reading, Readings, readings
 
 __all__ = [
+    "PLAIN",
+    "Clearance",
+    "Conditions",
     "Family",
     "PointSet",
     "Reading",
     "Readings",
     "Score",
     "TrueCurve",
+    "clearance",
     "describe",
     "family",
+    "hard_names",
+    "held_apart_names",
     "held_out_names",
     "names",
     "oracle_rms",

@@ -21,6 +21,7 @@ __all__ = [
     "ParametricCurve",
     "Term",
     "bezier",
+    "chain",
     "cos",
     "harmonic",
     "polar",
@@ -234,6 +235,34 @@ def spline(points: ArrayLike, closed: bool) -> ParametricCurve:
     chords = np.linalg.norm(np.diff(knots, axis=0), axis=1)
     u = np.concatenate(([0.0], np.cumsum(chords) / chords.sum()))
     return _piecewise(CubicSpline(u, knots, bc_type="periodic" if closed else "not-a-knot"), closed, ())
+
+
+def chain(pieces: Sequence[ParametricCurve], closed: bool) -> ParametricCurve:
+    """Make one curve of open pieces, each of which begins where the one before ends.
+
+    The parameter is shared out by length; a corner is where the tangent jumps from one piece to the next.
+    """
+    ends = np.cumsum([one.length for one in pieces])
+    knots = np.concatenate(([0.0], ends / ends[-1]))
+    last = len(pieces) - 1
+    meet = [(k - 1, k) for k in range(0 if closed else 1, len(pieces))]
+    corners = tuple(float(knots[b]) for a, b in meet if _turns(pieces[a], pieces[b]))
+
+    def derivative(u: Floats, order: int) -> Floats:
+        which = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, last)
+        values = np.empty((len(u), pieces[0].evaluate([0.0]).shape[1]))
+        for k, one in enumerate(pieces):
+            here = which == k
+            share = knots[k + 1] - knots[k]
+            values[here] = one.derivative((u[here] - knots[k]) / share, order) / share**order
+        return values
+
+    return ParametricCurve(derivative, closed, corners)
+
+
+def _turns(before: ParametricCurve, after: ParametricCurve) -> bool:
+    """Tell whether the tangent jumps where one curve goes on as another."""
+    return bool(before.tangent([1.0])[0] @ after.tangent([0.0])[0] < 1.0 - 1e-9)
 
 
 def _piecewise(polynomial: PPoly, closed: bool, corners: tuple[float, ...]) -> ParametricCurve:

@@ -59,6 +59,8 @@ class Family:
         Relative density of the samples over the fraction of arc length; None is uniform.
     varies : bool
         Whether the shape depends on the seed.
+    equal_numbers : bool
+        Whether every curve has as many samples as the next on average, whatever its length.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Family:
     density: Callable[[Floats], Floats] | None = None
     scans: Scans | None = None
     varies: bool = False
+    equal_numbers: bool = False
 
 
 def ellipse(

@@ -3,6 +3,19 @@
 Local quadratic regression of each coordinate on the true arc length, with the one bandwidth per
 curve that minimises the true error (Fan and Gijbels, Local Polynomial Modelling, 1996, ch. 3).
 No reconstruction from points alone can be expected to beat it by much.
+
+What the oracle is told of harder samples (:class:`core.truth.conditions.Conditions`):
+
+* which samples are outliers, and which are copies: they weigh together what one sample weighs;
+* the noise at each sample where it varies along the curve: weights are its inverse square, where that
+  helps (at one bandwidth they shift a window's middle). It varies slowly, so that it can be learnt;
+* the distribution of heavy tails, not the luck of each draw. Each residual r is replaced by
+  psi(r) / I, the score of the multivariate t distribution over its Fisher information: regression on
+  these is one Newton step of maximum likelihood from the truth, which attains the Cramer-Rao bound
+  (Lange, Little and Taylor, J. Am. Stat. Assoc. 84, 1989). Told each draw's own scale it would
+  fall below what anybody can reach, by a fifth for 3 degrees of freedom.
+
+It keeps one bandwidth per curve; where noise or density vary, bandwidths that vary may gain a few per cent.
 """
 
 from __future__ import annotations
@@ -15,6 +28,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from core.truth.metrics import distances, rms, true_points
 from core.truth.point_sets import PointSet, TrueCurve
+from core.truth.sampling import t_scale
 
 __all__ = ["local_quadratic", "oracle_curves", "oracle_rms"]
 
@@ -43,14 +57,51 @@ def oracle_rms(sample: PointSet) -> float:
 
 def oracle_curves(sample: PointSet) -> list[Floats | None]:
     """Return the oracle's estimate of each true curve as (M, d) vertices; None for too few samples."""
-    return [_best(sample.points, sample.u, sample.curve_of == k, one) for k, one in enumerate(sample.curves)]
+    return [_best(_told(sample, k), one) for k, one in enumerate(sample.curves)]
 
 
-def _best(points: Floats, u: Floats, here: NDArray[np.bool_], curve: TrueCurve) -> Floats | None:
-    """Try bandwidths on a geometric grid, coarse and then fine, and keep the one with the smallest error."""
-    bins = _Bins.of(u[here], points[here], curve.closed)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Told:
+    """What the oracle knows of the samples of one curve; weights None where all are alike."""
+
+    u: Floats
+    points: Floats
+    weights: Floats | None
+
+
+def _told(sample: PointSet, k: int) -> _Told:
+    """Return the samples of one curve, with copies and tails taken out as the module says."""
+    here = np.flatnonzero(sample.curve_of == k)
+    if sample.conditions.duplicates:
+        here = here[np.unique(sample.u[here], return_index=True)[1]]
+    u, points, noise = sample.u[here], sample.points[here], sample.noise[here]
+    if not np.isinf(sample.conditions.degrees_of_freedom) and sample.sigma > 0:
+        exact = sample.curves[k].exact.at(u)
+        points = exact + _efficient(points - exact, noise, sample.conditions.degrees_of_freedom)
+    varies = sample.conditions.noise_ratio > 1.0 and sample.sigma > 0
+    return _Told(u, points, (sample.sigma / noise) ** 2 if varies else None)
+
+
+def _efficient(residuals: Floats, noise: Floats, nu: float) -> Floats:
+    """Return the score of t-distributed residuals (M, d) over its Fisher information."""
+    scale, d = noise[:, None] * t_scale(nu), residuals.shape[1]
+    reduced = (residuals / scale) ** 2
+    score = (nu + d) * residuals / (nu + reduced.sum(axis=1, keepdims=True))
+    return np.asarray(score * (nu + d + 2) / (nu + d))
+
+
+def _best(told: _Told, curve: TrueCurve) -> Floats | None:
+    """Return the estimate with the smallest error, with weights or without them."""
     error = _NormalError.of(curve)
-    widths = _widths(curve.closed)
+    tried = [_Bins.of(told.u, told.points, curve.closed)]
+    if told.weights is not None:
+        tried.append(_Bins.of(told.u, told.points, curve.closed, told.weights))
+    return min((_over_widths(bins, error) for bins in tried), key=error)
+
+
+def _over_widths(bins: _Bins, error: _NormalError) -> Floats | None:
+    """Try bandwidths on a geometric grid, coarse and then fine, and keep the one with the smallest error."""
+    widths = _widths(bins.closed)
     tried: dict[int, float] = {}
 
     def attempt(k: int) -> float:
@@ -124,21 +175,26 @@ class _Bins:
     size: int
     spacing: float
     closed: bool
-    transforms: NDArray[np.complex128]
+    transforms: NDArray[np.complex128]  # of the sums of weights and weighted values
+    numbers: NDArray[np.complex128]  # of the numbers of samples
 
     @classmethod
-    def of(cls, u: Floats, values: Floats, closed: bool) -> _Bins:
+    def of(cls, u: Floats, values: Floats, closed: bool, weights: Floats | None = None) -> _Bins:
         spacing = 1.0 / (_BINS if closed else _BINS - 1)
         place = u / spacing
         left = np.clip(np.floor(place).astype(np.int64), 0, _BINS - 1 if closed else _BINS - 2)
         share = place - left
         right = (left + 1) % _BINS
-        columns = [np.ones(len(u)), *values.T]
+        one = np.ones(len(u))
+        columns = [one, *values.T] if weights is None else [weights, *(weights * c for c in values.T), one]
         sums = [
             np.bincount(left, (1 - share) * c, _BINS) + np.bincount(right, share * c, _BINS) for c in columns
         ]
         size = _BINS if closed else next_fast_len(2 * _BINS, real=True)
-        return cls(size, spacing, closed, rfft(np.array(sums), size))
+        every = rfft(np.array(sums), size)
+        if weights is None:
+            return cls(size, spacing, closed, every, every[0])
+        return cls(size, spacing, closed, every[:-1], every[-1])
 
     def regress(self, width: float) -> Floats | None:
         offset = np.fft.fftfreq(self.size, 1.0 / self.size) * self.spacing / width
@@ -146,7 +202,7 @@ class _Bins:
         powers = rfft(kernel * offset ** np.arange(5)[:, None], self.size).conj()  # correlation
         counts = irfft(powers * self.transforms[0], self.size)[:, :_BINS]
         box = rfft((kernel > 0).astype(float), self.size).conj()
-        if irfft(box * self.transforms[0], self.size)[:_BINS].min() < _FEWEST:
+        if irfft(box * self.numbers, self.size)[:_BINS].min() < _FEWEST:
             return None
         moments = irfft(powers[:3, None] * self.transforms[None, 1:], self.size)[:, :, :_BINS]
         return _intercepts(counts, moments)

@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.errors import InvalidParameter
-from core.truth.crossing_families import CROSSING
+from core.truth.catalogue import family
+from core.truth.conditions import PLAIN, Conditions
 from core.truth.curves import ParametricCurve
-from core.truth.families import BUILT_IN, Family, Scans
-from core.truth.held_out import HELD_OUT
-from core.truth.held_out_crossings import HELD_OUT_CROSSING
 from core.truth.intersections import crossings
 from core.truth.junctions import TOUCH, apart, diagonal, junctions
+from core.truth.sampling import Box, draw
 
-__all__ = ["PointSet", "TrueCurve", "describe", "family", "held_out_names", "names", "point_set"]
+__all__ = ["PointSet", "TrueCurve", "family", "point_set"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,10 +25,6 @@ MAX_POINTS = 5_000_000
 MAX_SIGMA = 0.2
 MAX_OUTLIERS = 0.9
 _VERTICES = 2000  # of an exact polyline: the chords of a circle sag by 4e-7 of its diagonal
-_MARGIN = 0.1  # outliers come from the bounding box enlarged by this much of the diagonal on each side
-_BUILT_IN = (*BUILT_IN, *CROSSING)
-_HELD_OUT = (*HELD_OUT, *HELD_OUT_CROSSING)
-_FAMILIES = {one.name: one for one in (*_BUILT_IN, *_HELD_OUT)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +58,8 @@ class PointSet:
     points : (N, d) array
     curves : tuple of TrueCurve
     sigma : float
-        Standard deviation of the noise in each coordinate, in units of the points.
+        Standard deviation of the noise in each coordinate, in units of the points: the root of its mean
+        square along the curves where it varies, the central width where its tails are heavy.
     curve_of : (N,) integer array
         The curve that each point was drawn from, -1 for an outlier.
     u : (N,) array
@@ -74,6 +70,10 @@ class PointSet:
         Whether the curves are free of corners, and of crossings and junctions.
     junctions : (K, d) array
         Where open curves end on other curves; no crossing counts there.
+    noise : (N,) array
+        The noise at each sample, in the sense of ``sigma``; NaN for an outlier.
+    conditions : Conditions
+        What makes the sample harder than a plain one.
     """
 
     name: str
@@ -86,56 +86,36 @@ class PointSet:
     smooth: bool
     non_crossing: bool
     junctions: Floats
-
-
-def names() -> tuple[str, ...]:
-    """Return the names of the built-in families."""
-    return tuple(one.name for one in _BUILT_IN)
-
-
-def held_out_names() -> tuple[str, ...]:
-    """Return the names of the families kept for tests and benchmarks."""
-    return tuple(one.name for one in _HELD_OUT)
-
-
-def family(name: str) -> Family:
-    """Return the family of that name.
-
-    Raises
-    ------
-    InvalidParameter
-        When there is none, at ``("name",)``.
-    """
-    if name not in _FAMILIES:
-        known = ", ".join(names())
-        raise InvalidParameter(f"There is no point set of that name; the names are {known}.", ("name",))
-    return _FAMILIES[name]
-
-
-def describe(name: str) -> str:
-    """Return one line on what the family shows."""
-    return family(name).description
+    noise: Floats
+    conditions: Conditions = PLAIN
 
 
 def point_set(
-    name: str, n: int | None = None, sigma: float | None = None, outliers: float = 0.0, seed: int = 0
+    name: str,
+    n: int | None = None,
+    sigma: float | None = None,
+    outliers: float = 0.0,
+    seed: int = 0,
+    conditions: Conditions = PLAIN,
 ) -> PointSet:
     """Draw a noisy sample of a family of exact curves.
 
     Parameters
     ----------
     name : str
-        One of :func:`names` or :func:`held_out_names`.
+        Any name in :mod:`core.truth.catalogue`.
     n : int, optional
         Number of samples, 1 to 5 000 000; the family's own number by default.
     sigma : float, optional
         Standard deviation of the isotropic Gaussian noise, as a fraction (0 to 0.2) of the diagonal
         of the exact curves' bounding box.
     outliers : float
-        Number of uniform outliers in the enlarged bounding box, as a fraction (0 to 0.9) of n.
-        They come on top of the n samples, at random places of the order.
+        Number of outliers, uniform in the enlarged bounding box unless the conditions say otherwise, as
+        a fraction (0 to 0.9) of n. They come on top of the n samples, at random places of the order.
     seed : int
         The same arguments give the same points.
+    conditions : Conditions
+        Noise and density that vary, clustered outliers, heavy tails, rounding, copies, even spacing.
 
     Raises
     ------
@@ -153,20 +133,23 @@ def point_set(
     fraction = chosen.sigma if sigma is None else sigma
     _check(n, fraction, outliers, seed)
     truth, crossing, junction = _truth(name, seed if chosen.varies else 0)
-    low, high = _box(truth)
-    noise = float(fraction * np.linalg.norm(high - low))
-    rng = np.random.default_rng(seed)
-    curve_of, u, points = _samples(chosen, truth, n, noise, rng)
-    count = round(outliers * n)
-    if count:
-        margin = _MARGIN * np.linalg.norm(high - low)
-        stray = rng.uniform(low - margin, high + margin, size=(count, len(low)))
-        order = rng.permutation(n + count)
-        points = np.vstack((points, stray))[order]
-        curve_of = np.concatenate((curve_of, np.full(count, -1)))[order]
-        u = np.concatenate((u, np.full(count, np.nan)))[order]
+    box = _box(truth)
+    noise = fraction * box.diagonal
+    drawn = draw(chosen, [one.exact for one in truth], box, n, noise, outliers, conditions, seed)
     flags = chosen.smooth, chosen.non_crossing
-    return PointSet(name, points, truth, noise, curve_of, u, crossing, *flags, junction)
+    return PointSet(
+        name,
+        drawn.points,
+        truth,
+        noise,
+        drawn.curve_of,
+        drawn.u,
+        crossing,
+        *flags,
+        junction,
+        drawn.noise,
+        conditions,
+    )
 
 
 def _check(n: int, sigma: float, outliers: float, seed: int) -> None:
@@ -196,9 +179,9 @@ def _truth(name: str, seed: int) -> tuple[tuple[TrueCurve, ...], Floats, Floats]
     return truth, places, ends
 
 
-def _box(truth: tuple[TrueCurve, ...]) -> tuple[Floats, Floats]:
+def _box(truth: tuple[TrueCurve, ...]) -> Box:
     everything = np.concatenate([one.vertices for one in truth])
-    return everything.min(axis=0), everything.max(axis=0)
+    return Box(everything.min(axis=0), everything.max(axis=0))
 
 
 def _exact_crossings(truth: tuple[TrueCurve, ...], ends: Floats) -> Floats:
@@ -226,36 +209,3 @@ def _exact_crossings(truth: tuple[TrueCurve, ...], ends: Floats) -> Floats:
 def _fraction(curve: TrueCurve, position: float) -> float:
     """Fraction of arc length at a position (edge number plus fraction) of an equidistant polyline."""
     return position / (len(curve.vertices) - (not curve.closed))
-
-
-def _samples(
-    chosen: Family, truth: tuple[TrueCurve, ...], n: int, noise: float, rng: np.random.Generator
-) -> tuple[Ints, Floats, Floats]:
-    """Draw curve numbers, fractions of arc length, and noisy points."""
-    ends = np.cumsum([one.length for one in truth])
-    curve_of = np.searchsorted(ends, rng.uniform(0, ends[-1], n), side="right").astype(np.int64)
-    shift: Floats | float = 0.0
-    if chosen.scans is not None:
-        u, shift = _scanned(chosen.scans, n, noise, truth[0].vertices.shape[1], rng)
-    else:
-        u = rng.uniform(size=n)
-        if chosen.density is not None:
-            grid = np.linspace(0, 1, 4097)
-            mass = np.concatenate(([0.0], np.cumsum(chosen.density((grid[:-1] + grid[1:]) / 2))))
-            u = np.interp(u, mass / mass[-1], grid)
-    points = np.empty((n, truth[0].vertices.shape[1]))
-    for k, one in enumerate(truth):
-        here = curve_of == k
-        points[here] = one.exact.at(u[here])
-    return curve_of, u, points + shift + noise * rng.standard_normal(points.shape)
-
-
-def _scanned(
-    scans: Scans, n: int, noise: float, dimension: int, rng: np.random.Generator
-) -> tuple[Floats, Floats]:
-    """Fractions of arc length as several scans see them, and the registration error of each point."""
-    first, last = np.array(scans.arcs).T
-    scan = rng.choice(len(first), size=n, p=(last - first) / (last - first).sum())
-    u = (first[scan] + (last - first)[scan] * rng.uniform(size=n)) % 1.0
-    misfit = scans.misfit * noise * rng.standard_normal((len(first), dimension))
-    return u, misfit[scan]

@@ -141,3 +141,32 @@ def test_extreme_sizes(size):
 def test_the_least_size_never_exceeds_the_number_of_points_and_grows_with_it(count):
     assert 1 <= least_component_size(count) <= min(count, 19)
     assert least_component_size(count) <= least_component_size(3 * count) <= least_component_size(count) + 2
+
+
+def stepped(name, n, sigma, ratio, seed):
+    """Samples of one curve, one half of its length ``ratio`` times denser, and which are of it."""
+    sample = point_set(name, n=n, sigma=sigma, seed=seed)
+    curve = sample.curves[0].exact
+    generator = np.random.default_rng(seed)
+    dense = generator.uniform(size=n) < ratio / (ratio + 1)
+    u = np.where(dense, 0.0, 0.5) + generator.uniform(0, 0.5, n)
+    return curve.at(u) + sample.sigma * generator.normal(size=(n, 2)), dense
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("sigma", [0.005, 0.015])
+@pytest.mark.parametrize("name", ["wave", "c_arc", "ellipse", "random_open"])
+def test_a_half_ten_times_sparser_is_not_given_up(name, sigma, seed):
+    points, dense = stepped(name, 2000, sigma, 10, seed)
+    labels = components(points, estimate_epsilon(points))
+    whole = np.argmax(np.bincount(labels))
+    assert np.mean(labels[~dense] == whole) > 0.95
+
+
+@pytest.mark.parametrize("quantum", [1.5, 2.0])
+def test_samples_on_a_coarse_lattice_need_a_few_of_its_steps(quantum):
+    sample = point_set("bean", n=5000, sigma=0.01, seed=1)
+    step = quantum * sample.sigma
+    rounded = np.round(sample.points / step) * step
+    assert 1.4 * step < estimate_epsilon(rounded) < 4 * step
+    assert kept(components(rounded, estimate_epsilon(rounded)))[0] > 0.98 * len(rounded)

@@ -86,7 +86,7 @@ def test_without_curves_or_noise_there_is_nothing_to_compare():
 
 
 def test_noise_up_to_two_sigma_stays_on_its_own_side():
-    assert LEAST_GAP == 2 * 2.0
+    assert LEAST_GAP >= 2 * 2.0
 
 
 @pytest.mark.parametrize("sigma", [1e-12, 1e-3, 1e3, 1e12])

@@ -45,3 +45,9 @@ def test_scattered_points_come_to_an_end(seed):
     if pace.scale is not None:
         marched = solve_march(sample, pace)
         assert all(np.isfinite(c.vertices).all() for c in marched.curves)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_outliers_line_up_to_no_curves(seed):
+    sample = point_set("spiral", n=1000, sigma=0.01, outliers=0.2, seed=seed)
+    assert len(solve_march(*scene(sample.points)).curves) == 1

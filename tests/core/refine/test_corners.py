@@ -24,6 +24,14 @@ def bent(angle, n=3000, sigma=SIGMA, seed=0):
     return in_space(points + sigma * rng.normal(size=points.shape)), Polyline(in_space(ends), False)
 
 
+def corner_at(line, s, reach=0.1):
+    """A corner a tenth beyond a curve about the origin, with sides that follow it."""
+    offsets = np.linspace(-reach, reach, 11)
+    before, after = line.at(s + offsets[:5]), line.at(s + offsets[6:])
+    errors = np.full(5, 0.02), 0.03, np.full(5, 0.02)
+    return Corner(s, 1.1 * line.at(np.array([s]))[0], s - reach, s + reach, before, after, errors)
+
+
 def smoothed(points, line, sigma=SIGMA):
     """The curve as the regression leaves it, and the stations of the samples on it."""
     (curve,) = refine_curves(Sample.of(points), [line.resampled(0.02)], sigma, True, corners=False).curves
@@ -122,7 +130,7 @@ def test_a_closed_curve_is_turned_to_begin_at_a_corner():
     angle = 2 * np.pi * (np.arange(200) + 0.5) / 200
     ring = Polyline(in_space(np.column_stack((np.cos(angle), np.sin(angle)))), True)
     at = np.array([1.0, 4.0])
-    corners = [Corner(s, 1.1 * place, s - 0.1, s + 0.1) for s, place in zip(at, ring.at(at), strict=True)]
+    corners = [corner_at(ring, s) for s in at]
     sharp = cornered(ring, corners)
     assert sharp.line.closed
     np.testing.assert_allclose(sharp.line.vertices[sharp.marks[:-1]], [c.place for c in corners])
@@ -142,3 +150,67 @@ def test_a_closed_curve_with_one_corner_stays_closed():
     assert curve.length == pytest.approx(truth.length, rel=0.01)
     steps = np.linalg.norm(np.diff(curve.ring, axis=0), axis=1)
     assert steps.min() > 0.0
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("name", ["square", "star"])
+def test_corners_stay_sharp_where_the_sides_are_short_in_terms_of_the_noise(name, seed):
+    sample = point_set(name, n=5000, sigma=0.02, seed=seed)
+    (truth,) = sample.curves
+    first = Polyline(in_space(truth.vertices[::20]), True)
+    (curve,) = refine_curves(Sample.of(in_space(sample.points)), [first], sample.sigma, True).curves
+    corners = truth.exact.evaluate(np.array(truth.exact.corners))
+    gap = np.linalg.norm(curve.vertices[:, None, :2] - corners[None], axis=2).min(axis=0)
+    assert np.count_nonzero(gap < sample.sigma) >= 0.9 * len(corners)
+    off = distances(curve.vertices, in_space(truth.vertices), True)
+    assert np.sqrt(np.mean(off**2)) < 0.25 * sample.sigma
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_trailing_edge_is_kept(seed):
+    sample = point_set("airfoil", n=5000, sigma=0.01, seed=seed)
+    (truth,) = sample.curves
+    first = Polyline(in_space(truth.vertices[::20]), True)
+    (curve,) = refine_curves(Sample.of(in_space(sample.points)), [first], sample.sigma, True).curves
+    edge = truth.exact.evaluate(np.array([0.0]))
+    assert np.linalg.norm(curve.vertices[:, :2] - edge, axis=1).min() < sample.sigma
+
+
+@pytest.mark.parametrize("name", ["ellipse", "wave", "bean", "wasp_waist"])
+@pytest.mark.parametrize("sigma", [0.005, 0.01])
+def test_smooth_families_have_no_corners(name, sigma):
+    sample = point_set(name, n=2000, sigma=sigma, seed=3)
+    (truth,) = sample.curves
+    first = Polyline(in_space(truth.vertices[::20]), truth.closed)
+    points = in_space(sample.points)
+    (curve,) = refine_curves(Sample.of(points), [first], sample.sigma, True, corners=False).curves
+    feet = project(points, [curve], 5 * sample.sigma)
+    near = feet.curve == 0
+    assert find_corners(points[near], feet.station[near], curve, sample.sigma) == []
+
+
+def test_order_of_the_samples_and_scale_make_no_difference():
+    points, line = bent(np.pi / 2)
+    curve, near, station = smoothed(points, line)
+    (here,) = find_corners(near, station, curve, SIGMA)
+    order = np.random.default_rng(5).permutation(len(near))
+    (shuffled,) = find_corners(near[order], station[order], curve, SIGMA)
+    np.testing.assert_allclose(shuffled.place, here.place, atol=1e-9)
+    shift = np.array([3.0, -2.0, 0.0])
+    moved = Polyline(8.0 * curve.vertices + shift, False)
+    (there,) = find_corners(8.0 * near + shift, 8.0 * station, moved, 8.0 * SIGMA)
+    np.testing.assert_allclose(there.place, 8.0 * here.place + shift, atol=1e-9)
+
+
+def test_the_sides_of_a_corner_lead_to_it():
+    points, line = bent(np.pi / 2, n=10_000)
+    curve, near, station = smoothed(points, line)
+    (corner,) = find_corners(near, station, curve, SIGMA)
+    course = np.concatenate([corner.before, corner.place[None], corner.after])
+    assert distances(course, line.vertices, False).max() < SIGMA
+    assert np.linalg.norm(np.diff(course, axis=0), axis=1).max() < 2 * SIGMA
+    before, at, after = corner.errors
+    assert len(before) == len(corner.before)
+    assert len(after) == len(corner.after)
+    assert 0.0 < at < SIGMA
+    assert 0.0 < before.min() <= before.max() < SIGMA

@@ -186,3 +186,25 @@ def test_wiggles_within_the_noise_cost_less_than_beyond_it():
     x = np.linspace(0.0, 10.0, 2001)
     wiggles = Polyline(in_space(np.column_stack((x, 0.02 * np.sin(2 * np.pi * x / 0.1)))), False)
     assert bending([wiggles], 0.2, 1.0) < 0.1 * bending([wiggles], 0.002, 1.0)
+
+
+@pytest.mark.parametrize("strays", [0, 20, 200])
+def test_any_share_of_outliers_leaves_the_truth_the_best(strays):
+    rng = np.random.default_rng(strays)
+    points = np.concatenate((arc(1000, SIGMA), rng.uniform(-2.0, 2.0, (strays, 2))))
+    through = Polyline(in_space(np.column_stack((np.linspace(-2.0, 2.0, 50), np.full(50, 1.5)))), False)
+    truth = nats(points, ring())
+    assert truth < nats(points, ring(turn=5.5))
+    assert truth < nats(points, ring(), through)
+
+
+def test_outliers_cost_as_much_as_their_share_makes_them_likely():
+    """With a tenth of outliers each costs the logarithm of a tenth of the background."""
+    rng = np.random.default_rng(0)
+    points = np.concatenate((arc(9000, SIGMA), rng.uniform(-2.0, 2.0, (1000, 2))))
+    beyond = rng.uniform(-2.0, 2.0, (1000, 2)) * [0.1, 1.0] + [1.7, 0.0]
+    more = nats(np.concatenate((points, beyond)), ring()) - nats(points, ring())
+    # The share rises from 10 to 18 %: what was on the curve before loses a little too.
+    share = 2000 / 11000
+    own = -1000 * np.log(share / 4.0**2) - 9000 * np.log((1 - share) / 0.9) - 1000 * np.log(share / 0.1)
+    assert more == pytest.approx(own, rel=0.03)

@@ -4,8 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.refine.branches import near_branches
+from core.refine.local_noise import LocalNoise
 from core.refine.project import project
-from core.refine.shares import shares_of
+from core.refine.shares import noise_at, shares_of
 from tests.core.refine.test_branches import CUT, SIGMA, figure_8, straight
 from tests.core.shapes import in_space, rotation
 
@@ -124,3 +125,56 @@ def test_the_frame_does_not_matter(seed):
         assert b.mass == pytest.approx(a.mass, abs=1e-3)
         moment = [np.sum(share.weight * share.distance**2) for share in (a, b)]
         assert moment[1] == pytest.approx(moment[0], rel=1e-4)
+
+
+def test_noise_at_a_foot_is_that_of_its_curve_there():
+    local = [LocalNoise(np.array([0.0, 10.0]), np.array([1.0, 3.0])), LocalNoise.constant(5.0, 10.0)]
+    curve, station = np.array([0, 0, 1, -1]), np.array([0.0, 5.0, 5.0, 0.0])
+    assert noise_at(curve, station, np.array([2.0, 5.0]), local).tolist() == [1.0, 2.0, 5.0, 0.0]
+    assert noise_at(curve, station, np.array([2.0, 5.0]), None).tolist() == [2.0, 2.0, 5.0, 0.0]
+
+
+def test_the_cut_follows_the_noise_along_the_curve():
+    line = straight()
+    noise = LocalNoise(np.array([0.0, line.length]), SIGMA * np.array([0.5, 2.0]))
+    points = line.at(np.linspace(0.0, line.length, 50)) + np.array([0.0, 3.0 * SIGMA, 0.0])
+    feet = project(points, [line], 2.0 * CUT * SIGMA)
+    (share,) = shares_of(points, feet, np.array([SIGMA]), CUT, None, np.array([FREE]), 1, [noise])
+    assert share.index.tolist() == np.flatnonzero(CUT * noise.at(feet.station) > 3.0 * SIGMA).tolist()
+    assert 0 < len(share.index) < 50
+
+
+def test_where_noise_differs_a_sample_between_two_branches_is_rather_the_noisier_ones():
+    lines = straight(), straight(0.0)
+    lines = lines[0], type(lines[0])(lines[0].vertices + np.array([0.0, 6.0 * SIGMA, 0.0]), False)
+    rng = np.random.default_rng(0)
+    between = lines[0].at(np.linspace(0.2, 0.8, 9) * lines[0].length) + np.array([0.0, 3.0 * SIGMA, 0.0])
+    points = np.concatenate([along(line, 500, rng) for line in lines] + [between])
+    feet, sigmas = project(points, lines, CUT * SIGMA), np.full(2, SIGMA)
+    branches, ends = near_branches(lines, sigmas, CUT), np.array([FREE, FREE])
+    local = [
+        LocalNoise.constant(SIGMA, lines[0].length),
+        LocalNoise(np.array([0.0, 1.0]), SIGMA * np.array([1.5, 1.6])),
+    ]
+    shares = shares_of(points, feet, sigmas, CUT, branches, ends, 1, local)
+    weights = [np.zeros(len(points)), np.zeros(len(points))]
+    for share, weight in zip(shares, weights, strict=True):
+        np.add.at(weight, share.index, 1.0 if share.weight is None else share.weight)
+    assert np.all(weights[1][-9:] > weights[0][-9:])
+
+
+def test_a_clump_at_an_end_is_left_out():
+    line = straight()
+    rng = np.random.default_rng(0)
+    clump = line.vertices[-1] + 3.0 * SIGMA * rng.normal(size=(60, 3)) * [1.0, 1.0, 0.0]
+    clump += (
+        8.0
+        * SIGMA
+        * (line.vertices[-1] - line.vertices[-2])
+        / np.linalg.norm(line.vertices[-1] - line.vertices[-2])
+    )
+    own = along(line, 800, rng)
+    longer = type(line)(np.concatenate((line.vertices, clump.mean(axis=0)[None])), False)
+    (share,), _ = shares(np.concatenate((own, clump)), longer, ends=[(0.0, longer.length)])
+    assert np.mean(share.index >= len(own)) < 0.02
+    assert np.count_nonzero(share.index < len(own)) > 0.95 * len(own)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipe
 
 from core.truth.crossing_families import CROSSING
-from core.truth.curves import Term, bezier, cos, harmonic, polar, polygon, power, sin, spline
+from core.truth.curves import Term, bezier, chain, cos, harmonic, polar, polygon, power, sin, spline
 from core.truth.families import BUILT_IN
 from core.truth.held_out import HELD_OUT
 from core.truth.held_out_crossings import HELD_OUT_CROSSING
@@ -145,3 +145,24 @@ def test_a_polyline_holds_the_corners_and_does_not_repeat_the_first_vertex():
     for corner in [(0, 0), (1, 0), (1, 1), (0, 1)]:
         assert np.min(np.linalg.norm(vertices - corner, axis=1)) < 1e-12
     assert np.linalg.norm(vertices[0] - vertices[-1]) > 0.01
+
+
+def test_a_chain_of_half_circles_is_a_circle():
+    def half(first):
+        return harmonic([cos(1.0)], [sin(1.0)], interval=(first, first + np.pi), closed=False)
+
+    whole = chain([half(0.0), half(np.pi)], closed=True)
+    assert whole.corners == ()
+    assert whole.length == pytest.approx(2 * np.pi, rel=1e-12)
+    np.testing.assert_allclose(whole.curvature(np.linspace(0, 1, 33)), 1.0, rtol=1e-9)
+
+
+def test_a_chain_has_corners_where_its_tangent_jumps():
+    def side(start, end):
+        return polygon([start, end], closed=False)
+
+    sides = [side((0, 0), (1, 0)), side((1, 0), (3, 0)), side((3, 0), (3, 1))]
+    line = chain(sides, closed=False)
+    assert line.corners == pytest.approx((0.75,))
+    np.testing.assert_allclose(line.evaluate([0.0, 0.25, 0.75, 1.0]), [(0, 0), (1, 0), (3, 0), (3, 1)])
+    assert chain([*sides, side((3, 1), (0, 0))], closed=True).corners[0] == 0.0

@@ -1,16 +1,19 @@
 import numpy as np
 import pytest
 
+from core.truth.apart import APART
 from core.truth.crossing_families import CROSSING
 from core.truth.families import BUILT_IN
+from core.truth.hard_families import HARD
 from core.truth.held_out import HELD_OUT
 from core.truth.held_out_crossings import HELD_OUT_CROSSING
 from core.truth.intersections import crossings, separation
 from core.truth.junctions import junctions
 
-EVERY = (*BUILT_IN, *CROSSING, *HELD_OUT, *HELD_OUT_CROSSING)
+EVERY = (*BUILT_IN, *CROSSING, *HELD_OUT, *HELD_OUT_CROSSING, *HARD, *APART)
 every_family = pytest.mark.parametrize("family", EVERY, ids=[one.name for one in EVERY])
-clear = [one for one in EVERY if one.smooth and one.non_crossing]
+clear = [one for one in (*BUILT_IN, *HELD_OUT) if one.smooth and one.non_crossing]
+resolved = [one for one in (*HARD, *APART) if one.smooth and one.non_crossing]
 
 
 def polylines(family, seed=0, count=500):
@@ -81,3 +84,26 @@ def test_scans_overlap_and_leave_no_part_of_the_outline_unseen():
     )
     assert seen.min() == 1
     assert seen.max() >= 2
+
+
+@pytest.mark.parametrize("family", resolved, ids=[one.name for one in resolved])
+def test_families_resolve_their_detail_at_their_own_noise(family):
+    for seed in range(3 if family.varies else 1):
+        lines = polylines(family, seed)
+        noise = family.sigma * diagonal(lines)
+        tightest = max(one.curvature(np.linspace(0, 1, 2000)).max() for one in family.build(seed))
+        assert separation(lines) > 6.0 * noise
+        assert tightest * noise < 0.5
+
+
+def test_the_planets_are_of_very_different_size():
+    planets = next(one for one in HARD if one.name == "planets").build(0)
+    lengths = [one.length for one in planets]
+    assert max(lengths) / min(lengths) == pytest.approx(30.0)
+    assert {one.closed for one in planets} == {True, False}
+
+
+def test_families_kept_apart_are_no_others():
+    others = {one.name for one in (*BUILT_IN, *CROSSING, *HELD_OUT, *HELD_OUT_CROSSING, *HARD)}
+    assert not others & {one.name for one in APART}
+    assert sum(one.smooth for one in APART) >= 12

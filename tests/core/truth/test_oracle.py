@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,17 +79,12 @@ def test_the_oracle_is_the_same_wherever_the_curve_lies():
     flat = point_set("circle", n=3000, seed=1)
     assert oracle_rms(flat) / flat.sigma == pytest.approx(0.05, abs=0.03)
     shuffled = np.random.default_rng(0).permutation(3000)
-    again = type(flat)(
-        flat.name,
-        flat.points[shuffled],
-        flat.curves,
-        flat.sigma,
-        flat.curve_of[shuffled],
-        flat.u[shuffled],
-        flat.crossings,
-        flat.smooth,
-        flat.non_crossing,
-        flat.junctions,
+    again = replace(
+        flat,
+        points=flat.points[shuffled],
+        curve_of=flat.curve_of[shuffled],
+        u=flat.u[shuffled],
+        noise=flat.noise[shuffled],
     )
     assert oracle_rms(again) == pytest.approx(oracle_rms(flat), rel=1e-9)
 

@@ -3,10 +3,10 @@ import pytest
 from scipy.stats import chisquare, kstest
 
 from core.errors import InvalidParameter
-from core.truth import PointSet, describe, held_out_names, names, point_set
+from core.truth import PointSet, describe, hard_names, held_apart_names, held_out_names, names, point_set
 from core.truth.metrics import distances
 
-EVERY = (*names(), *held_out_names())
+EVERY = (*names(), *held_out_names(), *hard_names(), *held_apart_names())
 
 
 def diagonal(sample):
