@@ -10,12 +10,13 @@ PYTHON := $(VENV)/bin/python
 PIP := $(PYTHON) -m pip --disable-pip-version-check
 UV ?= uv
 PORT ?=
+ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test lint format bench figures openapi lock clean
+.PHONY: help run test lint format bench bench-peers figures openapi lock clean
 
 help: ## list the commands
-	@sed -n 's/^\([a-z]*\):.*## /  make \1	/p' Makefile | expand -t 18
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1	/p' Makefile | expand -t 20
 
 run: $(VENV)/.run $(VENV)/.kernels ## serve on port 8000 (make run PORT=8123; data in TAPELINE_DATA_DIR)
 	@$(if $(PORT),TAPELINE_PORT=$(PORT)) exec $(PYTHON) -m service
@@ -34,6 +35,9 @@ format: $(VENV)/.test ## put the code in the style that `make lint` checks
 
 bench: $(VENV)/.test $(VENV)/.kernels ## measure accuracy and time (minutes)
 	$(PYTHON) -m benchmarks
+
+bench-peers: $(VENV)/.test $(VENV)/.kernels ## measure beside other programs, installed apart (make bench-peers ARGS=--quick)
+	$(PYTHON) -m benchmarks.peers $(ARGS)
 
 figures: $(VENV)/.test $(VENV)/.kernels ## redraw the paper's figures from our own results
 	$(PYTHON) -m benchmarks.figures

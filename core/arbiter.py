@@ -35,7 +35,7 @@ JUDGED = 10_000  # samples by which candidates are compared
 NAMES = {"pca": "the PCA march", "skeleton": "the skeleton"}
 COST_OF_CURVE = 0.5  # in units of ln N
 COST_OF_END = 1.5  # two of them cost more than the largest gap of N independent samples, about ln N + 5
-BENDING = 4.0  # on its nats: wiggles and tangles follow single samples
+BENDING = 5.0  # on its nats: wiggles and tangles follow single samples
 NOISY = 1.3  # times the noise in local balls: branches may have come out as one
 EXPLAINED = 0.95  # share of the samples
 ALIKE = 5.0  # nats that make no difference
@@ -153,7 +153,9 @@ def _weighed(one: Prepared, found: Sequence[tuple[Method, Candidate]]) -> list[W
 def _weigh(one: Prepared, method: Method, candidate: Candidate, judged: Floats) -> Weighed:
     refined = candidate.refined
     lines = refined.curves
-    nats = description_length(judged, lines, refined.sigma, one.extent, one.frame.flat, whole=True)
+    nats = description_length(
+        judged, lines, refined.sigma, one.extent, one.frame.flat, whole=True, uneven=True
+    )
     ends = sum(2 for line in lines if not line.closed)
     nats += (COST_OF_CURVE * len(lines) + COST_OF_END * ends) * float(np.log(len(judged) + 1.0))
     if one.scale is not None:
@@ -206,9 +208,14 @@ def _why(each: Weighed, found: Sequence[Weighed]) -> str:
             f"Both methods find {_told(best)}; {NAMES[best.method]} describes the samples better by {ahead}."
         )
     return (
-        f"{NAMES[best.method].capitalize()} finds {_told(best)} and describes the samples better by {ahead} "
+        f"{_begun(NAMES[best.method])} finds {_told(best)} and describes the samples better by {ahead} "
         f"than {NAMES[rival.method]}, which finds {_told(rival)}."
     )
+
+
+def _begun(words: str) -> str:
+    """Words at the beginning of a sentence."""
+    return words[0].upper() + words[1:]
 
 
 def _told(each: Weighed) -> str:

@@ -15,7 +15,6 @@ import sys
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import PackageNotFoundError, version
-from itertools import takewhile
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
@@ -123,7 +122,7 @@ def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> No
     rows = list(methods.values())
     parser = commands.add_parser(
         command,
-        help=_summary([row.title for row in rows]),
+        help=rows[0].title[:1].lower() + rows[0].title[1:],
         description=_literal(_described(methods)),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
@@ -132,8 +131,8 @@ def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> No
         "input",
         help="file of points (.csv, .txt, .xyz, .npy or .json, also with .gz), or - for standard input",
     )
-    _add_output(parser, rows[0].forms, "json")
-    if len(methods) > 1 or "auto" not in methods:
+    _add_output(parser, rows[0].forms, "txt" if "txt" in rows[0].forms else "json")
+    if len(methods) > 1:
         first = next(iter(methods))
         parser.add_argument("--method", choices=list(methods), default=first, help=f"default: {first}")
     included = sorted({name for row in rows for name in row.include})
@@ -142,15 +141,7 @@ def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> No
             "--include", action="append", choices=included, help="an extra part that the result shall contain"
         )
     _add_parameters(parser, methods)
-    parser.set_defaults(run=_compute, methods=methods, method=next(iter(methods)))
-
-
-def _summary(titles: Sequence[str]) -> str:
-    """Say in one line what all methods of a command do: the words that they share once."""
-    words = [title.split() for title in titles]
-    shared = sum(1 for _ in takewhile(lambda same: len(set(same)) == 1, zip(*words, strict=False)))
-    text = " ".join([*words[0][:shared], " or ".join(" ".join(own[shared:]) for own in words)]).strip()
-    return text[:1].lower() + text[1:]
+    parser.set_defaults(run=_compute, methods=methods)
 
 
 def _described(methods: dict[str, Process]) -> str:
@@ -163,18 +154,24 @@ def _described(methods: dict[str, Process]) -> str:
 
 
 def _add_parameters(parser: argparse.ArgumentParser, methods: dict[str, Process]) -> None:
-    """Add the parameters that all methods have, and then those of each."""
-    fields = {name: row.parameters.model_fields for name, row in methods.items()}
-    common = set.intersection(*map(set, fields.values()))
-    every = parser.add_argument_group("parameters", "what is not given follows from the data")
-    for name, field in next(iter(fields.values())).items():
-        if name in common:
-            _add_option(every, name, field)
-    for method, own in fields.items():
-        group = parser.add_argument_group(f"parameters of --method {method}")
-        for name, field in own.items():
-            if name not in common:
-                _add_option(group, name, field)
+    """Add each parameter once: those that all methods have, and then those that only some have."""
+    fields = {name: field for row in methods.values() for name, field in row.parameters.model_fields.items()}
+    if len(methods) > 1:
+        fields.pop("method", None)  # an option already: it chooses the process
+    groups: dict[tuple[str, ...], Any] = {
+        tuple(methods): parser.add_argument_group("parameters", "what is not given follows from the data")
+    }
+    for name, field in fields.items():
+        owners = _methods_with(name, methods)
+        if owners not in groups:
+            title = f"parameters of --method {' and '.join(owners)}"
+            groups[owners] = parser.add_argument_group(title)
+        _add_option(groups[owners], name, field)
+
+
+def _methods_with(name: str, methods: dict[str, Process]) -> tuple[str, ...]:
+    """Name the methods of a command that have a parameter."""
+    return tuple(method for method, row in methods.items() if name in row.parameters.model_fields)
 
 
 def _add_examples(commands: Any) -> None:
@@ -200,6 +197,10 @@ def _add_output(parser: argparse.ArgumentParser, forms: Sequence[str], default: 
     parser.add_argument(
         "--format", choices=forms, help=f"form of the output; default: by the name of the file, or {default}"
     )
+    if "json" in forms and default != "json":
+        parser.add_argument(
+            "--json", action="store_const", const="json", dest="format", help="the same as --format json"
+        )
     parser.set_defaults(forms=forms, default_form=default)
 
 
@@ -261,7 +262,7 @@ def _serve(options: argparse.Namespace) -> None:
 def _compute(options: argparse.Namespace) -> None:
     from service.render import encode  # noqa: PLC0415 # a tenth of a second of imports
 
-    process: Process = options.methods[options.method]
+    process = _chosen(options)
     form = _form(options)
     submission = _read(options, process)
     flags = {name: name in submission.include for name in process.include}
@@ -273,6 +274,12 @@ def _compute(options: argparse.Namespace) -> None:
     for warning in getattr(result, "warnings", ()):
         sys.stderr.write(f"tapeline: warning: {warning.message}\n")
     _write(encode(result, form, submission.points), options.output, form)
+
+
+def _chosen(options: argparse.Namespace) -> Process:
+    """Return the process that is asked for; of a command with one process ``--method`` is a parameter."""
+    methods: dict[str, Process] = options.methods
+    return methods[options.method] if len(methods) > 1 else next(iter(methods.values()))
 
 
 def _read(options: argparse.Namespace, process: Process) -> Submission:
@@ -293,11 +300,11 @@ def _read(options: argparse.Namespace, process: Process) -> Submission:
 
 
 def _refuse_other_methods(options: argparse.Namespace, process: Process) -> None:
-    """Say which method an option belongs to, when it is not the one that is asked for."""
-    for method, row in options.methods.items():
-        names = row.parameters.model_fields.keys() - process.parameters.model_fields.keys()
-        for name in _given(options, sorted(names)):
-            raise _UsageError(f"{_option(name)}: a parameter of another method; add --method {method}")
+    """Say which methods an option belongs to, when it is none of the one that is asked for."""
+    every = {name for row in options.methods.values() for name in row.parameters.model_fields}
+    for name in _given(options, sorted(every - process.parameters.model_fields.keys() - {"method"})):
+        owners = " or ".join(_methods_with(name, options.methods))
+        raise _UsageError(f"{_option(name)}: a parameter of another method; add --method {owners}")
 
 
 def _bytes_of(name: str) -> bytes:

@@ -14,8 +14,13 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from core.parameters import PartitionParameters, PcaParameters, SkeletonParameters
-from service.answers import PartitionAnswer, PcaAnswer, SkeletonAnswer
+from core.parameters import (
+    PartitionParameters,
+    PcaParameters,
+    ReconstructParameters,
+    SkeletonParameters,
+)
+from service.answers import DiagnosisAnswer, PartitionAnswer, PcaAnswer, ReconstructAnswer, SkeletonAnswer
 
 __all__ = ["PROCESSES", "Process", "process"]
 
@@ -61,7 +66,36 @@ class Process:
         return function
 
 
+class DiagnoseParameters(ReconstructParameters):
+    """Parameters of the diagnosis: those of the reconstruction that it speaks of."""
+
+
 PROCESSES: tuple[Process, ...] = (
+    Process(
+        id="reconstruct",
+        path="/reconstruct",
+        title="Reconstruct curves by the method that the data call for",
+        description="Runs the PCA march and the skeleton, and gives each component the curves that explain "
+        "its samples better. `reason` says why, `alternatives` what the other method would have given. "
+        "Curves have a standard error at each vertex, and `sampling` says whether the samples are good "
+        "enough. Every parameter left out follows from the data.",
+        parameters=ReconstructParameters,
+        answer=ReconstructAnswer,
+        function="core.methods:reconstruct",
+        include=frozenset({"stages"}),
+    ),
+    Process(
+        id="diagnose",
+        path="/diagnose",
+        title="Tell whether a point cloud is good enough, and which method it calls for",
+        description="Tells noise, density, gaps and Nyquist compliance: whether the noise stays below half "
+        "of the smallest detail. Each violation has its place, and says what to do about it. Curves are "
+        "found as they are in `/reconstruct`, and only counted.",
+        parameters=DiagnoseParameters,
+        answer=DiagnosisAnswer,
+        function="core.methods:diagnose",
+        forms=("json", "txt", "svg", "png"),
+    ),
     Process(
         id="partition",
         path="/partition",

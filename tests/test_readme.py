@@ -24,9 +24,15 @@ import shapely
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from core.parameters import CommonParameters, PartitionParameters, PcaParameters, SkeletonParameters
+from core.parameters import (
+    CommonParameters,
+    PartitionParameters,
+    PcaParameters,
+    ReconstructParameters,
+    SkeletonParameters,
+)
 from service import problems
-from service.answers import PartitionAnswer, PcaAnswer
+from service.answers import PartitionAnswer, ReconstructAnswer
 from service.app import create_app
 from service.cli import main
 from service.intake import MEDIA_TYPES
@@ -139,7 +145,19 @@ def picture(text: bytes) -> tuple[str, list[str]]:
 
 
 def test_the_picture_shows_one_curve_and_its_cloud(shell: Shell) -> None:
-    assert picture(shell(block("sh", "spiral.svg"))) == ("1 curve (pca)", [])
+    title, views = picture(shell(block("sh", "spiral.svg")))
+    assert re.fullmatch(r"1 curve \((pca|skeleton)\)", title)
+    assert views == []
+
+
+def test_the_report_is_the_one_shown(shell: Shell) -> None:
+    real = shell(block("sh", "/diagnose")).decode()
+    (shown,) = blocks("text")
+    assert [re.sub(r"\d+(?:\.\d+)?", "#", line) for line in shown.splitlines()] == [
+        re.sub(r"\d+(?:\.\d+)?", "#", line) for line in real.splitlines()
+    ]
+    numbers = [np.array(re.findall(r"\d+(?:\.\d+)?", text), float) for text in (shown, real)]
+    assert np.allclose(*numbers, rtol=0.05, atol=0.5)
 
 
 def test_the_double_8_falls_into_its_loops(shell: Shell) -> None:
@@ -159,7 +177,7 @@ def test_the_readings_of_crossings_are_those_of_the_core() -> None:
 
 def test_the_answer_is_the_one_shown(shell: Shell) -> None:
     real = shell(block("sh", "application/json' --data-binary"))
-    PcaAnswer.model_validate_json(real)
+    ReconstructAnswer.model_validate_json(real)
     (shown,) = blocks("json")
     assert_alike(json.loads(shown), json.loads(real))
 
@@ -168,11 +186,14 @@ def assert_alike(shown: Any, real: Any) -> None:
     """Check that what is shown is the real answer, rounded and shortened."""
     if isinstance(shown, dict):
         assert shown.keys() == real.keys()
-        for name in shown.keys() - {"vertices"}:
+        for name in shown.keys() - {"vertices", "standard_errors"}:
             assert_alike(shown[name], real[name])
         if "vertices" in shown:  # which comes first is arbitrary on a closed curve
             gaps = np.array(shown["vertices"])[:, None] - np.array(real["vertices"])
+            nearest = np.linalg.norm(gaps, axis=2).argmin(axis=1)
             assert np.linalg.norm(gaps, axis=2).min(axis=1).max() < 0.01 * real["length"]
+            errors = np.array(real["standard_errors"])[nearest]
+            assert shown["standard_errors"] == pytest.approx(errors, rel=0.2)
     elif isinstance(shown, list):
         assert bool(shown) == bool(real)  # the first few are shown
         for a, b in zip(shown, real, strict=False):
@@ -204,6 +225,7 @@ def test_the_command_line_does_what_is_shown(tmp_path: Path, monkeypatch: pytest
 def test_every_command_block_is_tested() -> None:
     tested = (
         "spiral.svg",
+        "/diagnose",
         "double_8.svg",
         "sheet.svg",
         "application/json' --data-binary",
@@ -216,7 +238,9 @@ def test_every_command_block_is_tested() -> None:
 def test_the_library_is_used_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
     (text,) = blocks("python")
     exec(text, {})  # noqa: S102 # the README's
-    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["closed"] * 3
+    verdict, *curves = capsys.readouterr().out.splitlines()
+    assert "good enough" in verdict
+    assert [line.split()[0] for line in curves] == ["closed"] * 3
 
 
 # --- commands ---------------------------------------------------------------------------------------
@@ -257,9 +281,18 @@ def test_the_bodies_are_those_that_are_read() -> None:
 
 
 def test_the_forms_are_those_that_are_written() -> None:
-    listed = {code(row[0])[0]: code(row[1])[0] for row in table(section("Answers"))}
-    assert listed == FORMS
-    assert all(set(row.forms) == set(FORMS) for row in PROCESSES)
+    rows = table(section("Answers"))
+    assert {code(row[0])[0]: code(row[1])[0] for row in rows} == FORMS
+    columns = {
+        "/reconstruct": 2,
+        "/reconstruct/pca": 2,
+        "/reconstruct/skeleton": 2,
+        "/diagnose": 3,
+        "/partition": 4,
+    }
+    for process in PROCESSES:
+        listed = {code(row[0])[0] for row in rows if row[columns[process.path]] != "–"}
+        assert set(process.forms) == listed
 
 
 def fields(model: type[BaseModel]) -> set[str]:
@@ -326,10 +359,13 @@ def setting_row(name: str, field: FieldInfo) -> str:
 
 
 def test_the_parameters_are_those_of_the_core() -> None:
-    tables = section("Parameters").split("also takes:")
+    tables = re.split(r"also takes:|all of these, and:", section("Parameters"))
     common = list(CommonParameters.model_fields)
-    for text, model in zip(tables, (CommonParameters, PcaParameters, SkeletonParameters), strict=True):
-        own = [name for name in model.model_fields if model is CommonParameters or name not in common]
+    told: set[str] = set()
+    models = (CommonParameters, PcaParameters, SkeletonParameters, ReconstructParameters)
+    for text, model in zip(tables, models, strict=True):
+        own = [name for name in model.model_fields if name not in told]
+        told |= set(own)
         rows = [parameter_row(model, name) for name in own]
         assert re.findall(r"^\| `.*$", text, flags=re.MULTILINE) == rows
     assert list(PartitionParameters.model_fields) == common[:2]

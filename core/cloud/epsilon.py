@@ -59,6 +59,7 @@ FLANK = {2: 1.8, 3: 2.5}
 DECAY = {2: 0.304, 3: 0.24}
 
 # Points are on a lattice when so many have their nearest neighbour at one distance, but for rounding.
+FILLED = 0.5  # of the points distinct: fewer leave no gaps longer than a lattice's steps
 LATTICE = 1e-6
 LATTICE_SHARE = 0.8
 DIAGONAL = 1.5  # steps: joins diagonal neighbours
@@ -89,7 +90,7 @@ def estimate_epsilon(points: Floats) -> float:
     points = distinct(every)
     if len(points) == 1:
         return 4 * math.ulp(largest)
-    step = _lattice_step(points) if len(points) < len(every) else None
+    step = _lattice_step(points) if len(points) < FILLED * len(every) else None
     return min(max(_estimate(points, step) / unit, math.ulp(largest)), LARGEST)
 
 

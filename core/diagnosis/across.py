@@ -24,6 +24,7 @@ CLEAR = 3.0  # in sigma: half of the distance from other branches that leaves a 
 BLUNT = 3.0  # in sigma: samples nearer to an end are not across the curve
 BENT = np.radians(60.0)  # turn within 2 BEND: a fit misses its middle a little
 BEND = 4.0  # in sigma: what is nearer to such a turn says little of the noise
+ROUNDING = 1e-12  # of the length of a curve: samples nearer to each other coincide
 DIRECTIONS = np.radians([0.0, 45.0, 90.0, 135.0])  # in which offsets are taken in space
 
 
@@ -52,6 +53,9 @@ class Across:
         Stations all along the curve, about half a sigma apart.
     clear : (G,) array of bool
         Whether there is nothing else there: no end, sharp turn or other branch.
+    copies : float
+        Samples to each one that is no copy of another, those within four sigma counted. Only the latter
+        are in ``stations``, ``station``, ``offset`` and ``distance``.
     """
 
     line: Polyline
@@ -63,10 +67,16 @@ class Across:
     distance: Floats
     places: Floats
     clear: NDArray[np.bool_]
+    copies: float = 1.0
 
 
 def samples_across(
-    points: Floats, lines: Sequence[Polyline], feet: Feet, sigmas: Floats, flat: bool
+    points: Floats,
+    lines: Sequence[Polyline],
+    feet: Feet,
+    sigmas: Floats,
+    flat: bool,
+    copied: bool = False,
 ) -> list[Across]:
     """Order the samples of each curve along it.
 
@@ -80,6 +90,8 @@ def samples_across(
         Noise about each line.
     flat : bool
         Whether the points lie in a plane.
+    copied : bool
+        Whether samples that coincide are copies of one.
     """
     branches = near_branches(lines, np.asarray(sigmas, np.float64), CLEAR) if np.max(sigmas) > 0.0 else None
     out = []
@@ -87,6 +99,9 @@ def samples_across(
         sigma = float(sigmas[k])
         mine = np.flatnonzero((feet.curve == k) & (feet.distance <= REACH * max(sigma, 1e-12)))
         mine = mine[np.argsort(feet.station[mine], kind="stable")]
+        all_of_them = np.count_nonzero(feet.distance[mine] <= CUT * max(sigma, 1e-12))
+        if copied:
+            mine = mine[_is_first(feet.station[mine], feet.distance[mine], line.length)]
         stations = feet.station[mine[feet.distance[mine] <= CUT * max(sigma, 1e-12)]]
         few = mine[:: max(1, -(-len(mine) // MOST))]  # every so many-th along the curve: whatever their order
         few = few[_is_clear(line, feet.station[few], sigma, k, branches)]
@@ -94,8 +109,15 @@ def samples_across(
         own = feet.station[few], offset, feet.distance[few]
         places = _places(line, sigma)
         clear = _is_clear(line, places, sigma, k, branches)
-        out.append(Across(line, sigma, REACH * sigma, stations, *own, places, clear))
+        copies = all_of_them / max(len(stations), 1)
+        out.append(Across(line, sigma, REACH * sigma, stations, *own, places, clear, copies))
     return out
+
+
+def _is_first(station: Floats, distance: Floats, length: float) -> NDArray[np.bool_]:
+    """Which of the ordered samples are no copies of the ones before them; rounding apart."""
+    same = (np.diff(station) <= ROUNDING * length) & (np.abs(np.diff(distance)) <= ROUNDING * length)
+    return np.concatenate([np.ones(min(len(station), 1), np.bool_), ~same])
 
 
 def _places(line: Polyline, sigma: float) -> Floats:

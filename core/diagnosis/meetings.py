@@ -28,6 +28,8 @@ LEAST_SAMPLES = 40
 SLOPES = np.array([0.7, 0.85, 1.0, 1.2, 1.45])  # factors: a wrong reading has wrong directions
 HALF_GAPS = np.array([0.0, 0.7, 0.9, 1.15, 1.45, 1.8, 2.25, 2.8])  # in sigma
 NATS = 9.0  # by which two branches that touch describe the samples better than two that cross
+FLAT = 25.0  # degrees: branches that meet at less touch rather than cross, unless the samples tell
+FLAT_HALF_GAP = 0.9  # in sigma: of such a touch at least
 STRAY = 1e-3  # density of outliers, in units of sigma
 STEEPEST = 1.05  # slope of an arm against the bisector; the other bisector has the steeper one
 
@@ -100,7 +102,7 @@ def _touching(points: Floats, curves: Sequence[Polyline], met: Meeting, sigma: f
         x = (near - met.place) @ along / np.linalg.norm(along) / sigma
         y = (near - met.place) @ across / np.linalg.norm(across) / sigma
         inside = (np.abs(x) < BOX) & (np.abs(y) < 1.5 * slope * BOX + 5.0)
-        gap = _likeliest(x[inside], y[inside], slope)
+        gap = _likeliest(x[inside], y[inside], slope, met.angle < FLAT)
         best = gap if best is None else max(best, gap or 0.0)
     return None if best is None else best * sigma
 
@@ -114,8 +116,8 @@ def _direction(line: Polyline, station: float, reach: float) -> Floats | None:
     return chord / size if size > 0.0 else None
 
 
-def _likeliest(x: Floats, y: Floats, slope: float) -> float | None:
-    """Gap of the likeliest hyperbola, unless two lines are about as likely."""
+def _likeliest(x: Floats, y: Floats, slope: float, flat: bool) -> float | None:
+    """Gap of the likeliest hyperbola, unless two lines are as likely; of flat ones, unless much likelier."""
     if len(x) < LEAST_SAMPLES:
         return None
     weight = max(1.0, len(x) / MOST_SAMPLES)
@@ -123,8 +125,9 @@ def _likeliest(x: Floats, y: Floats, slope: float) -> float | None:
         few = np.argsort(x * x + y * y)[:: int(np.ceil(weight))]
         x, y = x[few], y[few]
     told = np.array([[_told(x, y, slope * factor, h) for factor in SLOPES] for h in HALF_GAPS]).max(axis=1)
-    k = int(np.argmax(told))
-    return float(2.0 * HALF_GAPS[k]) if told[k] > told[0] + NATS else None
+    least = FLAT_HALF_GAP if flat else HALF_GAPS[0]
+    k = int(np.argmax(np.where(least > HALF_GAPS, -np.inf, told)))
+    return float(2.0 * HALF_GAPS[k]) if told[k] > told[0] + (-NATS if flat else NATS) else None
 
 
 def _told(x: Floats, y: Floats, slope: float, half_gap: float) -> float:

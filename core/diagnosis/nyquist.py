@@ -31,6 +31,7 @@ __all__ = ["Findings", "findings_of"]
 Floats = NDArray[np.float64]
 
 LEAST_NOISE = 0.05  # in mean distances between samples
+LEAST_LENGTH = 1.0  # in sigma: noise fills shorter gaps, and only a grid leaves them empty
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,10 +96,11 @@ def findings_of(one: Solved, samples: Sequence[Across], total: int) -> Findings:
             widest = k, gap_there
         place = across.line.at(np.array([gap_there.middle]))[0]
         long = gap_there.spacings > gap_there.expected and not coarse
+        long &= gap_there.length > LEAST_LENGTH * across.sigma
         if long and not junctions.is_near(place, 0.5 * gap_there.length):
             violations.append(told.bridged(across, gap_there))
             continue
-        thin = thinnest(across) if shows else None
+        thin = thinnest(across, len(across.stations) / max(total, 1)) if shows else None
         if thin is not None:
             violations.append(told.thin(across, *thin))
     return Findings(tuple(violations), margin, margin_place, widest)

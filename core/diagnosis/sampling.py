@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from core.cloud.points import LARGEST
 from core.diagnosis.across import Across, samples_across
 from core.diagnosis.facing import facing_ends
+from core.diagnosis.lattice import is_gridded
 from core.diagnosis.noise import noise_along, noise_error
 from core.diagnosis.nyquist import Findings, findings_of
 from core.diagnosis.verdict import verdict_of
@@ -45,10 +46,7 @@ def sampling_of(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partit
         The components.
     parts : Partition
     """
-    across = [
-        samples_across(one.points, one.refined.curves, one.refined.feet, one.refined.sigmas, one.frame.flat)
-        for one in solved
-    ]
+    across = [_across(one) for one in solved]
     total = sum(len(each.stations) for samples in across for each in samples)
     findings = [findings_of(one, samples, total) for one, samples in zip(solved, across, strict=True)]
     components = _components(curves, solved, across)
@@ -62,6 +60,13 @@ def sampling_of(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partit
         sigma_along=tuple(_sigma_along(solved, across)),
         largest_gap=_largest_gap(solved, across, findings),
         components=components,
+    )
+
+
+def _across(one: Solved) -> list[Across]:
+    refined = one.refined
+    return samples_across(
+        one.points, refined.curves, refined.feet, refined.sigmas, one.frame.flat, not is_gridded(one)
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import bdtr
 
 from core.diagnosis.across import Across
 
@@ -18,17 +19,19 @@ Floats = NDArray[np.float64]
 WIDTHS = (1.5, 2.2, 3.2, 4.5)  # in sigma: of the windows
 GUARD = 1.5  # in sigma: between a window and what is either side of it,
 SIDE = 9.0  # which is so many sigma long
-LEAST_DUE = 12.0  # samples
 THIN = 0.45  # of the samples that are due
-SURE = 4.4  # standard deviations of a count
+CHANCE = 0.003  # that independent samples are as thin anywhere
+APART = 1.0  # in sigma: windows that say different things
 
 
-def thinnest(across: Across) -> tuple[float, float] | None:
+def thinnest(across: Across, share: float = 1.0) -> tuple[float, float] | None:
     """Find the stretch that lacks most samples.
 
     Parameters
     ----------
     across : Across
+    share : float
+        Of all samples, by which the chance of error is divided among curves.
 
     Returns
     -------
@@ -41,21 +44,22 @@ def thinnest(across: Across) -> tuple[float, float] | None:
     ordered = across.stations
     if line.closed:
         ordered = np.concatenate([ordered - line.length, ordered, ordered + line.length])
-    best, least = None, -SURE
+    windows = len(WIDTHS) * line.length / (APART * sigma)
+    best, least = None, CHANCE * share / windows
     for width in WIDTHS:
         half = 0.5 * width * sigma
         inner, outer = half + GUARD * sigma, half + (GUARD + SIDE) * sigma
         seen = _count(ordered, at - half, at + half)
         before, after = _count(ordered, at - outer, at - inner), _count(ordered, at + inner, at + outer)
-        due, least_due = 0.5 * (before + after) * (width / SIDE), np.minimum(before, after) * (width / SIDE)
-        spread = np.sqrt(1.0 + 0.5 * width / SIDE)
-        score = 2.0 * (np.sqrt(seen + 0.375) - np.sqrt(due + 0.375)) / spread
         room = np.full(len(at), True) if line.closed else (at > outer) & (at < line.length - outer)
-        fit = room & _all_clear(across, outer) & (least_due > LEAST_DUE) & (seen < THIN * least_due)
-        score = np.where(fit, score, 0.0)
-        k = int(np.argmin(score))
-        if score[k] < least:
-            best, least = (float(at[k]), width * sigma), float(score[k])
+        fit = room & _all_clear(across, outer)
+        fit &= seen < THIN * np.minimum(before, after) * (width / SIDE)
+        # Each of the samples of the window and of both sides may lie in the window, as far as chance goes.
+        chance = bdtr(seen, seen + before + after, width / (width + 2.0 * SIDE))
+        chance = np.where(fit, chance, 1.0)
+        k = int(np.argmin(chance))
+        if chance[k] < least:
+            best, least = (float(at[k]), width * sigma), float(chance[k])
     return best
 
 

@@ -21,9 +21,11 @@ __all__ = ["Corner", "find_corners", "sharpened"]
 
 Floats = NDArray[np.float64]
 
+LEAST_NOISE = 0.02  # of the spacing of samples
 MOST_NOISE = 0.02  # of the length: where the whole curve is fifty sigma long, there is no telling
 APART = 0.6  # in lengths over which the regression rounds off: nearer bends are one
 FREE = 0.8  # share of a side towards no other corner that rules the curve
+LEVEL = 1e-6  # radians: between straight chords the turn stays the same, and rounding must not choose
 ROUNDS = 5
 
 
@@ -75,6 +77,8 @@ def find_corners(points: Floats, station: Floats, line: Polyline, sigma: float) 
     if len(points) < 4 * SIDE_SAMPLES or not 0.0 < sigma < MOST_NOISE * line.length:
         return []
     order = np.argsort(station)
+    # Samples without noise show a corner no better than their spacing lets them.
+    sigma = max(sigma, LEAST_NOISE * line.length / len(points))
     curve = SmoothCurve(points[order], station[order], line, sigma)
     bends = _sharp_stations(line, curve.look)
     kept = bends
@@ -127,7 +131,19 @@ def _turns(line: Polyline, look: float) -> Floats:
     reach = 6
     padded = np.concatenate([turn[-reach:], turn, turn[:reach]]) if line.closed else np.pad(turn, reach)
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1)
-    return np.asarray(s[(turn >= around) & (turn > LEAST_TURN)])
+    return _middles(s, (turn > around - LEVEL) & (turn > LEAST_TURN), line)
+
+
+def _middles(s: Floats, top: NDArray[np.bool_], line: Polyline) -> Floats:
+    """Middles of the runs of equidistant stations that are marked; around a closed line there is none."""
+    if top.all():
+        return np.zeros(0)
+    # Seen from a station between runs, none goes over the seam.
+    base = int(np.argmin(top)) if line.closed else 0
+    ahead = np.roll(top, -base)
+    edges = np.diff(np.concatenate([[0], ahead.astype(np.int8), [0]]))
+    middle = 0.5 * (np.flatnonzero(edges > 0) + np.flatnonzero(edges < 0) - 1)
+    return np.asarray((s[base] + (s[1] - s[0]) * middle) % line.length)
 
 
 def _corners(fits: Sequence[CornerSet], curve: SmoothCurve) -> list[Corner]:
@@ -155,7 +171,7 @@ def _corner(fit: CornerSet, j: int, s: float, gaps: tuple[float, float], curve: 
     lengths = [float(fit.knots[k + 1] - fit.knots[k]) for k in (before, after)]
     shares = [min(FREE, 0.5 * gap / length) for gap, length in zip(gaps, lengths, strict=True)]
     counts = [
-        max(int(np.ceil(share * length / (0.5 * curve.sigma))), 8)
+        max(int(np.ceil(share * length / (0.5 * curve.sigma) - 1e-6)), 8)  # rounding must not add one
         for share, length in zip(shares, lengths, strict=True)
     ]
     t_before = 1.0 - shares[0] * np.linspace(1.0, 0.0, counts[0] + 1)[:-1]

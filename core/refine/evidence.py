@@ -23,6 +23,10 @@ PRIOR = 50.0  # of no data
 ROUNDS = 12  # of finding the share
 COST_OF_CURVE = 1.0  # in units of ln N
 COST_OF_END = 2.5
+SAMPLES_A_STRETCH = 60.0
+MOST_STRETCHES = 48
+LEAST_DENSITY = 0.15  # of the mean
+EXPECTATIONS = 3
 MOST_CHORDS = 5000  # a curve
 LEAST_SIGMA = 2e-4  # of the extent: finer differences do not tell hypotheses apart
 REACH = 5.5  # in sigma: what lies farther adds nothing
@@ -37,6 +41,7 @@ def description_length(
     extent: float,
     flat: bool,
     whole: bool = False,
+    uneven: bool = False,
 ) -> float:
     """Nats needed to describe the samples by the curves; less is better.
 
@@ -52,6 +57,8 @@ def description_length(
         Whether there is one normal direction or two.
     whole : bool
         Whether the number of curves and ends is given, and costs nothing.
+    uneven : bool
+        Whether samples may be denser in some stretches of the curves than in others.
     """
     if not curves:
         return float("inf")
@@ -61,6 +68,8 @@ def description_length(
     distance, near = cKDTree(nodes).query(points, NODES, distance_upper_bound=REACH * sigma)
     seen = np.isfinite(distance)
     blurred = np.where(seen, np.exp(-0.5 * (np.where(seen, distance, 0.0) / sigma) ** 2), 0.0)
+    if uneven:
+        weight = _with_density(weight, blurred, near, LEAST_SIGMA * extent)
     blurred *= np.append(weight, 0.0)[near]
     on_curves = (
         1.0
@@ -74,6 +83,30 @@ def description_length(
     ends = sum(2 for line in curves if not line.closed)
     parameters = (COST_OF_CURVE * len(curves) + COST_OF_END * ends) * np.log(len(points) + 1.0)
     return float(parameters - likelihood)
+
+
+def _with_density(
+    weight: NDArray[np.float64], blurred: NDArray[np.float64], near: NDArray[np.int64], least: float
+) -> NDArray[np.float64]:
+    """Lengths times the density of samples along the curves, from a few rounds of expectation.
+
+    It is the same within a stretch, of which there are few, and no stretch is taken for empty: else
+    curves could go anywhere for nothing.
+    """
+    stretches = int(np.clip(len(near) / SAMPLES_A_STRETCH, 1, MOST_STRETCHES))
+    which = np.minimum(np.cumsum(weight) / max(float(weight.sum()), least) * stretches, stretches - 1).astype(
+        np.int64
+    )
+    where = np.append(which, stretches)
+    density = np.append(np.ones(stretches), 0.0)
+    length = np.bincount(which, weight, stretches)
+    for _ in range(EXPECTATIONS):
+        each = blurred * np.append(weight, 0.0)[near] * density[where[near]]
+        each /= np.maximum(each.sum(axis=1), 1e-300)[:, None]
+        count = np.bincount(where[near].ravel(), each.ravel(), stretches + 1)[:stretches]
+        found = count / np.maximum(length, 1e-300) * (float(length.sum()) / max(float(count.sum()), 1e-300))
+        density[:stretches] = np.maximum(found, LEAST_DENSITY)
+    return np.asarray(weight * density[which])
 
 
 def _among_outliers(dense: NDArray[np.float64], background: float) -> float:

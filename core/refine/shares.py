@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from core.refine.branches import Branches
-from core.refine.clumped_ends import FARTHEST, clumped
 from core.refine.further_feet import Further, further_feet
 from core.refine.local_noise import LocalNoise
 from core.refine.noise import mass
@@ -91,9 +90,7 @@ def shares_of(
     local : sequence of LocalNoise, optional
         Noise along each curve, where it is not the same everywhere.
     """
-    noise = noise_at(feet.curve, feet.station, sigmas, local)
-    near = feet.distance < cut * noise
-    near &= ~_at_clumped_ends(points, feet, noise, near, sigmas, cut, ends, normals)
+    near = feet.distance < cut * noise_at(feet.curve, feet.station, sigmas, local)
     if branches is None:
         groups = groups_of(feet.curve, near, len(sigmas))
         return [Share(mine, feet.station[mine], feet.distance[mine], None) for mine in groups]
@@ -101,7 +98,7 @@ def shares_of(
     first, more = _responsibilities(feet, further, counts, branches, ends, normals, local)
     weight = np.ones(len(points))
     weight[further.sample] = first
-    near[further.sample] &= first > 0.0
+    near[further.sample] = first > 0.0
     groups = groups_of(feet.curve, near, len(sigmas))
     return [_with_further(mine, feet, weight, further, more, k) for k, mine in enumerate(groups)]
 
@@ -151,30 +148,6 @@ def _likelihood(
     beyond = np.minimum(station - ends[curve, 0], ends[curve, 1] - station) / sigma
     out = np.exp(-0.5 * (distance / sigma) ** 2) / sigma**normals * ndtr(beyond)
     return np.where(distance < branches.cut * sigma, out, 0.0)
-
-
-def _at_clumped_ends(
-    points: Floats,
-    feet: Feet,
-    noise: Floats,
-    near: NDArray[np.bool_],
-    sigmas: Floats,
-    cut: float,
-    ends: Floats,
-    normals: int,
-) -> NDArray[np.bool_]:
-    """Which samples belong to clumps that open curves run into."""
-    out = np.zeros(len(points), np.bool_)
-    for k, (low, high) in enumerate(ends.tolist()):
-        if np.isfinite(low) and sigmas[k] > 0.0:
-            reach = FARTHEST * float(sigmas[k])
-            outer = (feet.station < low + reach) | (feet.station > high - reach)
-            mine = np.flatnonzero((feet.curve == k) & near & outer)
-            relative = feet.distance[mine] / noise[mine]
-            out[mine] = clumped(
-                points[mine], feet.station[mine], relative, (low, high), float(sigmas[k]), cut, normals
-            )
-    return out
 
 
 def noise_at(curve: Ints, station: Floats, sigmas: Floats, local: Sequence[LocalNoise] | None) -> Floats:

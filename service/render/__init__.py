@@ -2,7 +2,8 @@
 
 A new type of result is registered where its form is made:
 ``document.register`` (JSON), ``feature_collection.register`` (GeoJSON),
-``table.register`` (CSV) and ``scene.register`` (both pictures).
+``table.register`` (CSV), ``report.register`` (plain text) and ``scene.register``
+(both pictures).
 """
 
 from service.render.csv import points_table, table
@@ -11,6 +12,7 @@ from service.render.encoders import encode
 from service.render.forms import FORMS, negotiate
 from service.render.geojson import feature_collection
 from service.render.pictures import scene
+from service.render.report import report
 
 __all__ = [
     "FORMS",
@@ -20,6 +22,7 @@ __all__ = [
     "feature_collection",
     "negotiate",
     "points_table",
+    "report",
     "scene",
     "table",
 ]

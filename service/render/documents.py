@@ -16,17 +16,24 @@ from numpy.typing import ArrayLike, NDArray
 
 from core.results import (
     Ball,
+    ComponentSampling,
     Containment,
     Curve,
+    CurveGap,
     Delaunay,
+    Diagnosis,
+    Evidence,
     Frame,
     Graph,
+    Nyquist,
     Partition,
     Reconstruction,
     Sampling,
+    SigmaAlong,
     SkeletonStages,
     Stages,
     TapePolygon,
+    Violation,
     Warn,
 )
 
@@ -94,13 +101,63 @@ def _(result: Reconstruction) -> Document:
         "sampling": _sampling(result.sampling),
         "frames": [_frame(frame) for frame in result.frames],
         "warnings": [_warning(warning) for warning in result.warnings],
+        **_choice(result),
         **_skeleton(result),
         **stages,
     }
 
 
+@document.register
+def _(result: Diagnosis) -> Document:
+    return {
+        "verdict": result.verdict,
+        "method": result.method,
+        "reason": result.reason,
+        "curves": result.curves,
+        "closed": result.closed,
+        "crossings": result.crossings,
+        "outliers": _integers(result.outliers),
+        "sampling": _sampling(result.sampling),
+        "frames": [_frame(frame) for frame in result.frames],
+        "decisions": [_evidence(evidence) for evidence in result.decisions],
+        "alternatives": [_evidence(evidence) for evidence in result.alternatives],
+        "warnings": [_warning(warning) for warning in result.warnings],
+    }
+
+
+def _choice(result: Reconstruction) -> Document:
+    """Why each component got its curves, where there was a choice of methods."""
+    if result.decisions is None:
+        return {}
+    return {
+        "decisions": [_evidence(evidence) for evidence in result.decisions],
+        "alternatives": [_evidence(evidence) for evidence in result.alternatives or ()],
+    }
+
+
+def _evidence(evidence: Evidence) -> Document:
+    return {
+        "component": evidence.component,
+        "method": evidence.method,
+        "reason": evidence.reason,
+        "curves": evidence.curves,
+        "closed": evidence.closed,
+        "crossings": evidence.crossings,
+        "sigma": evidence.sigma,
+        "explained": evidence.explained,
+        "largest_gap": evidence.largest_gap,
+        "nats": evidence.nats,
+    }
+
+
 def _skeleton(result: Reconstruction) -> Document:
-    """What only the skeleton method finds; of samples that have no tape, nothing of each."""
+    """What only the skeleton method finds.
+
+    Where the skeleton was asked for, and the samples have no tape, it is an empty one; where there was
+    a choice of methods, null.
+    """
+    if result.decisions is not None and not result.tape:
+        return dict.fromkeys(("tape", "tape_components", "containment", "graph"))
     if result.tape is None:
         return {}
     return {
@@ -153,6 +210,7 @@ def _graph(graph: Graph) -> Document:
 
 
 def _curve(curve: Curve) -> Document:
+    errors = curve.standard_errors
     return {
         "vertices": floats(curve.vertices),
         "closed": curve.closed,
@@ -160,26 +218,65 @@ def _curve(curve: Curve) -> Document:
         "length": curve.length,
         "samples": curve.samples,
         "rms_residual": curve.rms_residual,
+        "standard_errors": None if errors is None else floats(errors),
     }
 
 
 def _sampling(sampling: Sampling) -> Document:
+    gap = sampling.largest_gap
     return {
         "sigma": sampling.sigma,
+        "sigma_error": sampling.sigma_error,
         "density": sampling.density,
         "epsilon": sampling.epsilon,
-        "nyquist": {
-            "compliant": sampling.nyquist.compliant,
-            "margin_sigmas": sampling.nyquist.margin_sigmas,
-            "violations": [
-                {
-                    "location": floats(violation.location),
-                    "gap_sigmas": violation.gap_sigmas,
-                    "reason": violation.reason,
-                }
-                for violation in sampling.nyquist.violations
-            ],
-        },
+        "nyquist": _nyquist(sampling.nyquist),
+        "sigma_along": [_sigma_along(along) for along in sampling.sigma_along],
+        "largest_gap": None if gap is None else _gap(gap),
+        "components": [_component_sampling(component) for component in sampling.components],
+    }
+
+
+def _nyquist(nyquist: Nyquist) -> Document:
+    place = nyquist.margin_location
+    return {
+        "compliant": nyquist.compliant,
+        "margin_sigmas": nyquist.margin_sigmas,
+        "margin_location": None if place is None else floats(place),
+        "violations": [_violation(violation) for violation in nyquist.violations],
+    }
+
+
+def _violation(violation: Violation) -> Document:
+    return {
+        "location": floats(violation.location),
+        "gap_sigmas": violation.gap_sigmas,
+        "reason": violation.reason,
+        "kind": violation.kind,
+        "advice": violation.advice,
+    }
+
+
+def _sigma_along(along: SigmaAlong) -> Document:
+    return {"curve": along.curve, "locations": floats(along.locations), "sigma": floats(along.sigma)}
+
+
+def _gap(gap: CurveGap) -> Document:
+    return {
+        "location": floats(gap.location),
+        "curve": gap.curve,
+        "length": gap.length,
+        "spacings": gap.spacings,
+        "expected": gap.expected,
+    }
+
+
+def _component_sampling(component: ComponentSampling) -> Document:
+    return {
+        "label": component.label,
+        "size": component.size,
+        "sigma": component.sigma,
+        "sigma_error": component.sigma_error,
+        "density": component.density,
     }
 
 

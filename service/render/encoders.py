@@ -13,6 +13,7 @@ from service.render.documents import document, dump_json
 from service.render.geojson import feature_collection
 from service.render.pictures import scene
 from service.render.png import draw_png
+from service.render.report import report
 from service.render.svg import draw_svg
 
 __all__ = ["encode"]
@@ -23,6 +24,7 @@ _ENCODERS: dict[str, Callable[[Any, Floats | None], bytes]] = {
     "json": lambda result, _: dump_json(document(result)),
     "geojson": lambda result, points: dump_json(feature_collection(result, points)),
     "csv": table,
+    "txt": lambda result, _: report(result).encode(),
     "svg": lambda result, points: draw_svg(scene(result, points)),
     "png": lambda result, points: draw_png(scene(result, points)),
 }

@@ -12,6 +12,7 @@ FORMS: dict[str, str] = {
     "json": "application/json",
     "geojson": "application/geo+json",
     "csv": "text/csv",
+    "txt": "text/plain",
     "svg": "image/svg+xml",
     "png": "image/png",
 }

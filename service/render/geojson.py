@@ -66,9 +66,10 @@ def _(result: Reconstruction, points: Floats | None = None) -> Feature:  # noqa:
 
 
 def _curve(number: int, curve: Curve) -> Feature:
-    vertices = floats(curve.vertices)
+    vertices, errors = floats(curve.vertices), curve.standard_errors
     if curve.closed or len(vertices) == 1:  # a LineString has at least two positions
         vertices = np.vstack([vertices, vertices[:1]])
+        errors = None if errors is None else np.concatenate([errors, errors[:1]])
     properties = {
         "kind": "curve",
         "curve": number,
@@ -77,6 +78,7 @@ def _curve(number: int, curve: Curve) -> Feature:
         "length": curve.length,
         "samples": curve.samples,
         "rms_residual": curve.rms_residual,
+        "standard_errors": None if errors is None else floats(errors),  # one for each position
     }
     return _feature("LineString", vertices, properties)
 

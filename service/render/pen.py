@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from core.results import Ball, Crossing, Curve, TapePolygon
+from core.results import Ball, Crossing, Curve, TapePolygon, Violation
 from service.render.plane import paper_of
-from service.render.scenes import COLOURS, Area, Circle, Marks, Path
+from service.render.scenes import ALARM, COLOURS, Area, Band, Circle, Marks, Path
 
-__all__ = ["BORDER", "TAPE", "Pen"]
+__all__ = ["BAND", "BORDER", "TAPE", "Pen"]
 
 Floats = NDArray[np.float64]
 
 TAPE, BORDER = "#DCEAF4", "#8FB3CC"
+BAND = "±2 standard errors"
 _INK = "#000000"
 _LARGEST, _SMALLEST = 1e100, 1e-100  # beyond these, squares and ratios leave the range of floats
 
@@ -43,12 +44,38 @@ class Pen:
     def curve(self, number: int, curve: Curve) -> Path:
         """Give a curve its colour by its number."""
         name = f"curve {number} ({'closed' if curve.closed else 'open'})"
-        return self.path(number, curve.vertices, curve.closed, name)
+        path = self.path(number, curve.vertices, curve.closed, name)
+        return replace(path, fine=curve.standard_errors is not None)
 
     def path(self, number: int, vertices: Floats, closed: bool, name: str) -> Path:
         """Give a polyline its colour by its number."""
         turn, colour = divmod(number, len(COLOURS))
         return Path(self(vertices), closed, COLOURS[colour], turn, name)
+
+    def bands(self, curves: Iterable[Curve]) -> tuple[Band, ...]:
+        """Draw two standard errors to both sides of the curves that have them, in the curves' colours."""
+        return tuple(
+            self._band(number, curve, curve.standard_errors)
+            for number, curve in enumerate(curves)
+            if curve.standard_errors is not None and len(curve.vertices) > 1
+        )
+
+    def _band(self, number: int, curve: Curve, errors: Floats) -> Band:
+        line = self(curve.vertices)
+        reach = float(np.ptp(line, axis=0).max())  # errors beyond all bounds shall not blow the picture up
+        half = np.minimum(2.0 * (errors / self.unit), reach)[:, None] * _normals(line, curve.closed)
+        left, right = line + half, (line - half)[::-1]
+        rings = (left, right) if curve.closed else (np.concatenate([left, right]),)
+        return Band(rings, COLOURS[number % len(COLOURS)], BAND)
+
+    def violations(self, violations: Iterable[Violation]) -> tuple[Marks, ...]:
+        """Mark where the sample is not Nyquist-compliant, kind by kind."""
+        kinds: dict[str, list[Floats]] = {}
+        for violation in violations:
+            kinds.setdefault(violation.kind, []).append(violation.location)
+        return tuple(
+            Marks(self(np.array(places)), ALARM, kind.replace("-", " ")) for kind, places in kinds.items()
+        )
 
     def crossings(self, crossings: Iterable[Crossing]) -> tuple[Marks, ...]:
         """Mark where curves cross, if they do."""
@@ -66,6 +93,16 @@ class Pen:
             Area(tuple(self(ring) for ring in (polygon.outer, *polygon.holes)), TAPE, BORDER, name)
             for polygon in tape
         )
+
+
+def _normals(line: Floats, closed: bool) -> Floats:
+    """Unit normals (M, 2) at the vertices of a polyline; zero where it has no direction."""
+    ends = (line[-1:], line[:1]) if closed else (line[:1], line[-1:])
+    padded = np.concatenate([ends[0], line, ends[1]])
+    along = padded[2:] - padded[:-2]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    unit = np.divide(along, length, out=np.zeros_like(along), where=length > 0)
+    return np.column_stack([-unit[:, 1], unit[:, 0]])
 
 
 def _unit(arrays: Iterable[Floats]) -> float:

@@ -14,6 +14,7 @@ from service.render.scenes import Scene, Sheet
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.path import Path
 
 __all__ = ["draw_png"]
 
@@ -24,6 +25,7 @@ _FINE = 0.6  # width of a panel's pen
 _MANY = 20_000  # more dots than this are counted per pixel instead of drawn one by one
 _MAX_LEGEND = 8
 _OVER_AREAS = 1.5  # matplotlib would lay images below everything
+_WITH_LINES = 2  # and patches below all dots and lines
 _DASHES = ("-", "--", ":", "-.")
 
 
@@ -68,10 +70,12 @@ def _draw(axes: Axes, scene: Scene, low: Floats, high: Floats, pen: float) -> No
     _draw_segments(axes, scene, pen)
     _draw_dots(axes, scene, low, high, pen)
     _draw_circles(axes, scene, pen)
+    _draw_bands(axes, scene)
     for path in scene.paths:
         vertices = np.vstack([path.vertices, path.vertices[:1]]) if path.closed else path.vertices
         style = _DASHES[path.turn % len(_DASHES)]
-        axes.plot(*vertices.T, style, color=path.colour, linewidth=1.8 * pen, label=path.name)
+        width = (1.2 if path.fine else 1.8) * pen
+        axes.plot(*vertices.T, style, color=path.colour, linewidth=width, label=path.name)
     for group in scene.marks:
         axes.plot(
             *group.points.T,
@@ -99,19 +103,41 @@ def _size(extent: Floats, long_side: float) -> tuple[float, float]:
 
 def _draw_areas(axes: Axes, scene: Scene, pen: float) -> None:
     from matplotlib.patches import PathPatch  # noqa: PLC0415 # see draw_png
-    from matplotlib.path import Path  # noqa: PLC0415
 
     for area in scene.areas:
-        rings = [Path(np.concatenate([ring, ring[:1]]), closed=True) for ring in area.rings]
         axes.add_patch(
             PathPatch(
-                Path.make_compound_path(*rings),
+                _outline(area.rings),
                 facecolor=area.colour,
                 edgecolor=area.line,
                 linewidth=0.7 * pen,
                 label=area.name,
             )
         )
+
+
+def _draw_bands(axes: Axes, scene: Scene) -> None:
+    """Fill all that the rings go around."""
+    from matplotlib.patches import PathPatch  # noqa: PLC0415 # see draw_png
+
+    for band in scene.bands:
+        axes.add_patch(
+            PathPatch(
+                _outline(band.rings),
+                facecolor=band.colour,
+                linewidth=0,
+                alpha=0.35,
+                label=band.name,
+                zorder=_WITH_LINES,
+            )
+        )
+
+
+def _outline(rings: tuple[Floats, ...]) -> Path:
+    from matplotlib.path import Path  # noqa: PLC0415 # see draw_png
+
+    closed = [Path(np.concatenate([ring, ring[:1]]), closed=True) for ring in rings]
+    return Path.make_compound_path(*closed)
 
 
 def _draw_segments(axes: Axes, scene: Scene, pen: float) -> None:
@@ -157,17 +183,23 @@ def _draw_circles(axes: Axes, scene: Scene, pen: float) -> None:
     from matplotlib.collections import PatchCollection  # noqa: PLC0415 # see draw_png
     from matplotlib.patches import Circle  # noqa: PLC0415
 
-    shapes: list[Any] = [Circle((circle.x, circle.y), circle.radius) for circle in scene.circles]
-    if shapes:
+    looks = sorted({(circle.colour, circle.name) for circle in scene.circles})
+    for colour, name in looks:
+        mine = [circle for circle in scene.circles if (circle.colour, circle.name) == (colour, name)]
+        width = 1.2 if name else 0.6
+        shapes: list[Any] = [Circle((circle.x, circle.y), circle.radius) for circle in mine]
         axes.add_collection(
-            PatchCollection(shapes, facecolor="none", edgecolor="#6F6F6F", linewidth=0.6 * pen, alpha=0.7)
+            PatchCollection(shapes, facecolor="none", edgecolor=colour, linewidth=width * pen, alpha=0.7)
         )
+        if name:  # a legend knows no collections
+            axes.plot([], [], "o", markerfacecolor="none", markeredgecolor=colour, label=name)
 
 
 def _draw_legend(axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
-    if 0 < len(handles) <= _MAX_LEGEND:
-        axes.legend(handles, labels, loc="best", fontsize="small")
+    told = dict(zip(labels, handles, strict=True))  # once, where several shapes share a name
+    if 0 < len(told) <= _MAX_LEGEND:
+        axes.legend(told.values(), told.keys(), loc="best", fontsize="small")
 
 
 def _draw_key(axes: Axes, scene: Scene) -> None:

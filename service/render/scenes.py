@@ -12,7 +12,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["COLOURS", "GREY", "Area", "Circle", "Dots", "Marks", "Path", "Scene", "Segments", "Sheet"]
+__all__ = [
+    "ALARM",
+    "COLOURS",
+    "GREY",
+    "Area",
+    "Band",
+    "Circle",
+    "Dots",
+    "Marks",
+    "Path",
+    "Scene",
+    "Segments",
+    "Sheet",
+]
 
 Floats = NDArray[np.float64]
 Bounds = tuple[Floats, Floats]
@@ -21,6 +34,9 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 """Okabe and Ito's colours, distinct to colour-blind eyes too; without the yellow, faint on white."""
 
 GREY = "#9A9A9A"
+LINE = "#6F6F6F"
+ALARM = "#C00000"
+"""What is wrong somewhere: darker and redder than any colour of a curve."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,11 +69,13 @@ class Dots:
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """A circle, such as a local ball."""
+    """A circle, such as a local ball; ``name`` for the legend, or empty."""
 
     x: float
     y: float
     radius: float
+    colour: str = LINE
+    name: str = ""
 
     def box(self) -> Floats:
         """Lower and upper corner."""
@@ -68,13 +86,26 @@ class Circle:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """A polyline (M, 2); ``turn`` counts how often the colours were used up before, for the dashes."""
+    """A polyline (M, 2); ``turn`` counts how often the colours were used up before, for the dashes.
+
+    A ``fine`` one lets the band beneath it be seen.
+    """
 
     vertices: Floats
     closed: bool
     colour: str
     turn: int
     name: str
+    fine: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Band:
+    """A translucent band along a path: what its closed ``rings`` (M, 2) go around, whichever way."""
+
+    rings: tuple[Floats, ...]
+    colour: str
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,6 +129,7 @@ class Scene:
     segments: tuple[Segments, ...] = ()
     dots: tuple[Dots, ...] = ()
     circles: tuple[Circle, ...] = ()
+    bands: tuple[Band, ...] = ()
     paths: tuple[Path, ...] = ()
     marks: tuple[Marks, ...] = ()
     unit: float = 1.0
@@ -113,9 +145,9 @@ class Scene:
         )
 
     def key(self) -> dict[str, str]:
-        """Colours by what they stand for, but for paths: those are only to be told apart."""
-        groups: tuple[Area | Dots | Segments | Marks, ...]
-        groups = (*self.areas, *self.dots, *self.segments, *self.marks)
+        """Colours by what they stand for, but for paths and their bands: those are only to be told apart."""
+        groups: tuple[Area | Dots | Segments | Circle | Marks, ...]
+        groups = (*self.areas, *self.dots, *self.segments, *self.circles, *self.marks)
         return {group.name: group.colour for group in groups if group.name}
 
     def _arrays(self) -> Iterator[Floats]:
@@ -124,6 +156,8 @@ class Scene:
         yield from (group.ends.reshape(-1, 2) for group in self.segments)
         yield from (group.points for group in self.dots)
         yield from (circle.box() for circle in self.circles)
+        for band in self.bands:
+            yield from band.rings
         yield from (path.vertices for path in self.paths)
         yield from (group.points for group in self.marks)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from core.results import Delaunay, Graph, Reconstruction, SkeletonStages
 from service.render.pen import Pen
-from service.render.scenes import COLOURS, GREY, Area, Dots, Marks, Scene, Segments
+from service.render.scenes import COLOURS, GREY, LINE, Area, Dots, Marks, Scene, Segments
 
 __all__ = ["MOST_SHAPES", "skeleton_stages"]
 
@@ -20,7 +20,6 @@ Bools = NDArray[np.bool_]
 MOST_SHAPES = 20_000
 """More triangles or edges than this are thinned out: they would be smaller than a dot."""
 
-_LINE = "#6F6F6F"
 _CRITERIA = ("enclosed", "small area", "short edges", "hole filled")
 
 
@@ -57,7 +56,7 @@ def skeleton_stages(
 
 def _triangulation(delaunay: Delaunay, paper: Floats) -> Scene:
     edges = _edges(delaunay.triangles)
-    return Scene("Delaunay triangles", segments=(Segments(_visible(paper[edges]), _LINE),))
+    return Scene("Delaunay triangles", segments=(Segments(_visible(paper[edges]), LINE),))
 
 
 def _edges(triangles: Ints) -> Ints:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from html import escape
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.render.scenes import Area, Circle, Dots, Marks, Path, Scene, Segments, Sheet
+from service.render.scenes import Area, Band, Circle, Dots, Marks, Path, Scene, Segments, Sheet
 
 __all__ = ["MAX_DOTS", "draw_svg"]
 
@@ -131,20 +131,33 @@ def _shapes(scene: Scene, paper: _Paper, most_dots: int) -> Iterator[str]:
     yield from (_dots(group, paper, share) for group in scene.dots)
     if scene.circles:
         yield from _circles(scene.circles, paper)
+    yield from (_band(band, paper) for band in scene.bands)
     yield from (_path(path, paper) for path in scene.paths)
     yield from (_marks(group, paper) for group in scene.marks)
 
 
 def _area(area: Area, paper: _Paper) -> str:
-    places = paper.place(np.concatenate(area.rings)).tolist()
-    starts = np.cumsum([0, *map(len, area.rings)])
-    rings = [" ".join(f"{x:.1f} {y:.1f}" for x, y in places[start:end]) for start, end in pairwise(starts)]
     return (
-        f'<path class="area" d="{"".join(f"M{ring}Z" for ring in rings)}" fill="{area.colour}"'
+        f'<path class="area" d="{_outline(area.rings, paper, 1)}" fill="{area.colour}"'
         f' fill-rule="evenodd" stroke="{area.line}" stroke-width="{0.8 * paper.pen:g}"'
         ' stroke-linejoin="round">'
         f"<title>{escape(area.name)}</title></path>"
     )
+
+
+def _band(band: Band, paper: _Paper) -> str:
+    """Draw all that the rings go around (the rule ``nonzero``): bands may cross themselves."""
+    return (
+        f'<path class="band" d="{_outline(band.rings, paper, 2)}" fill="{band.colour}" fill-opacity="0.35">'
+        f"<title>{escape(band.name)}</title></path>"
+    )
+
+
+def _outline(rings: tuple[Floats, ...], paper: _Paper, digits: int) -> str:
+    places = paper.place(np.concatenate(rings)).tolist()
+    written = [f"{x:.{digits}f} {y:.{digits}f}" for x, y in places]
+    starts = np.cumsum([0, *map(len, rings)])
+    return "".join(f"M{' '.join(written[start:end])}Z" for start, end in pairwise(starts))
 
 
 def _segments(group: Segments, paper: _Paper) -> str:
@@ -171,17 +184,18 @@ def _dots(group: Dots, paper: _Paper, share: float) -> str:
     )
 
 
-def _circles(circles: tuple[Circle, ...], paper: _Paper) -> list[str]:
-    centres = paper.place(np.array([[circle.x, circle.y] for circle in circles])).tolist()
-    shapes = [
-        f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{circle.radius * paper.scale:.2f}"/>'
-        for circle, (x, y) in zip(circles, centres, strict=True)
-    ]
-    return [
-        f'<g class="balls" fill="none" stroke="#6F6F6F" stroke-width="{0.8 * paper.pen:g}" opacity="0.7">',
-        *shapes,
-        "</g>",
-    ]
+def _circles(circles: tuple[Circle, ...], paper: _Paper) -> Iterator[str]:
+    """Draw circles, those of one look in one group."""
+    for (colour, name), group in groupby(circles, key=lambda circle: (circle.colour, circle.name)):
+        width = (1.5 if name else 0.8) * paper.pen
+        yield f'<g class="balls" fill="none" stroke="{colour}" stroke-width="{width:g}" opacity="0.7">'
+        yield from (_circle(circle, paper) for circle in group)
+        yield f"<title>{escape(name)}</title></g>" if name else "</g>"
+
+
+def _circle(circle: Circle, paper: _Paper) -> str:
+    ((x, y),) = paper.place(np.array([[circle.x, circle.y]])).tolist()
+    return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{circle.radius * paper.scale:.2f}"/>'
 
 
 def _path(path: Path, paper: _Paper) -> str:
@@ -189,9 +203,10 @@ def _path(path: Path, paper: _Paper) -> str:
     steps = f"M{places}{'Z' if path.closed else ''}" if places else ""
     dashes = _DASHES[path.turn % len(_DASHES)]
     dashing = f' stroke-dasharray="{dashes}"' if dashes else ""
+    width = (1.2 if path.fine else 2) * paper.pen
     return (
         f'<path class="curve" d="{steps}" fill="none" stroke="{path.colour}"'
-        f' stroke-width="{2 * paper.pen:g}" stroke-linejoin="round" stroke-linecap="round"{dashing}>'
+        f' stroke-width="{width:g}" stroke-linejoin="round" stroke-linecap="round"{dashing}>'
         f"<title>{escape(path.name)}</title></path>"
     )
 
@@ -201,6 +216,6 @@ def _marks(group: Marks, paper: _Paper) -> str:
     places = "".join(f"M{x:.2f} {y:.2f}h0" for x, y in paper.place(group.points).tolist())
     return "".join(
         f'<path class="mark" d="{places}" stroke="{colour}" stroke-width="{size * paper.pen:g}"'
-        ' stroke-linecap="round" fill="none"/>'
+        f' stroke-linecap="round" fill="none"><title>{escape(group.name)}</title></path>'
         for colour, size in ((group.colour, 8.0), ("#FFFFFF", 5.0))
     )

@@ -55,7 +55,15 @@ async def examples(request: Request) -> ExampleList:
     rows = await run(request, "service.examples:catalogue")
     return ExampleList(
         examples=[ExampleSummary(**row, links=_links(row["name"])) for row in rows],
-        links=[Link(href="/examples", rel="self", type="application/json")],
+        links=[
+            Link(href="/examples", rel="self", type="application/json"),
+            Link(
+                href="/reconstruct",
+                rel="process",
+                type="application/json",
+                title="Post the points of an example here to get its curves back",
+            ),
+        ],
     )
 
 

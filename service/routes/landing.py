@@ -97,7 +97,7 @@ pre {{ overflow-x: auto; padding: .8rem; border: 1px solid }}
 <p>Draw a noisy spiral and reconstruct it, as a picture:</p>
 <pre>curl -s 'http://127.0.0.1:8000/examples/spiral?format=csv' |
   curl -s -H 'Content-Type: text/csv' --data-binary @- \\
-  'http://127.0.0.1:8000/reconstruct/pca?format=svg' -o spiral.svg</pre>
+  'http://127.0.0.1:8000/reconstruct?format=svg' -o spiral.svg</pre>
 </body>
 </html>
 """

@@ -11,7 +11,7 @@ import numpy as np
 import orjson
 
 from core.errors import InvalidInput
-from service.intake import IntakeError, Limits, decode
+from service.intake import IntakeError, Limits, Submission, decode
 from service.problems import Problem, problem
 from service.processes import Process
 from service.render import FORMS, encode
@@ -66,14 +66,18 @@ def execute(execution: Execution) -> Answer | Problem:
             process.include,
             execution.limits,
         )
-        flags = {name: name in submission.include for name in process.include}
-        result = clock("compute", process.resolve(), submission.points, submission.parameters, **flags)
+        result = clock("compute", _compute, process, submission)
         content = clock("render", encode, result, execution.form, submission.points)
     except InvalidInput as error:
         return problem(error, where=_source(error, execution.query))
     except (IntakeError, MemoryError) as error:
         return problem(error)
     return Answer(content, FORMS[execution.form], clock.seconds)
+
+
+def _compute(process: Process, submission: Submission) -> Any:
+    flags = {name: name in submission.include for name in process.include}
+    return process.resolve()(submission.points, submission.parameters, **flags)
 
 
 def _source(error: InvalidInput, query: Pairs) -> tuple[str, ...]:
@@ -85,20 +89,18 @@ def _source(error: InvalidInput, query: Pairs) -> tuple[str, ...]:
 def warm(processes: Iterable[Process]) -> None:
     """Import and compile all that requests will need: every process in every form, on noisy circles.
 
-    Raises
-    ------
-    RuntimeError
-        When one of them has no answer.
+    What they raise is passed on: a worker that cannot warm up can do no work.
     """
     limits = Limits(max_points=10_000, max_bytes=1_000_000)
     for process in processes:
         for points in _circles():
             body = orjson.dumps({"points": points.tolist(), "include": sorted(process.include)})
+            submission = decode(
+                body, "application/json", None, (), process.parameters, process.include, limits
+            )
+            result = _compute(process, submission)  # once for all forms: workers shall be ready soon
             for form in process.forms:
-                execution = Execution(process, Body(body), "application/json", None, (), form, limits)
-                outcome = execute(execution)
-                if isinstance(outcome, Problem):
-                    raise RuntimeError(f"warming up {process.id}: {outcome.detail}")
+                encode(result, form, submission.points)
 
 
 def _circles() -> tuple[Any, Any]:

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 import shapely
 
-from core.parameters import PcaParameters, SkeletonParameters
-from service.answers import PartitionAnswer, PcaAnswer, SkeletonAnswer
+from core.parameters import ReconstructParameters, SkeletonParameters
+from service.answers import DiagnosisAnswer, PartitionAnswer, PcaAnswer, ReconstructAnswer, SkeletonAnswer
 from service.cli import main
 from service.settings import Settings
 
@@ -68,7 +68,10 @@ def one_line(complaint: str) -> str:
 def test_the_commands_are_listed(run: Run) -> None:
     status, output, _ = run("--help")
     assert status == 0
-    assert all(command in output.decode() for command in ("serve", "partition", "reconstruct", "examples"))
+    assert all(
+        command in output.decode()
+        for command in ("serve", "reconstruct", "diagnose", "partition", "examples")
+    )
 
 
 def test_the_version_is_told(run: Run) -> None:
@@ -79,7 +82,7 @@ def test_the_version_is_told(run: Run) -> None:
 
 @pytest.mark.parametrize(
     ("command", "model"),
-    [("reconstruct", PcaParameters), ("reconstruct", SkeletonParameters), ("serve", Settings)],
+    [("reconstruct", ReconstructParameters), ("diagnose", ReconstructParameters), ("serve", Settings)],
 )
 def test_every_parameter_and_every_setting_is_an_option(run: Run, command: str, model: Any) -> None:
     _, output, _ = run(command, "--help")
@@ -88,13 +91,16 @@ def test_every_parameter_and_every_setting_is_an_option(run: Run, command: str, 
 
 
 def test_a_command_with_several_methods_says_what_each_does(run: Run) -> None:
-    assert "by the PCA march or tape polygon" in " ".join(run("--help")[1].decode().split())
+    assert "by the method that the data call for" in " ".join(run("--help")[1].decode().split())
     text = run("reconstruct", "--help")[1].decode()
-    groups = text.split("parameters")[-3:]
-    assert "--vertex-spacing" in groups[0]
-    assert "--max-uses" in groups[1]
-    assert "--crossings" in groups[2]
-    assert all(f"--method {method}: " in text for method in ("pca", "skeleton"))
+    groups = re.split(r"^parameters.*:$", text, flags=re.MULTILINE)[1:]
+    assert len(groups) == 3
+    own = [set(re.findall(r"^  (--[a-z-]+)", group, flags=re.MULTILINE)) for group in groups]
+    assert "--vertex-spacing" in own[0]
+    assert {"--crossings", "--max-uses"} <= own[1] | own[2]
+    assert not own[1] & own[2]
+    assert all(f"--method {method}: " in text for method in ("auto", "pca", "skeleton"))
+    assert "{auto,pca,skeleton}" in text
 
 
 def test_defaults_are_told(run: Run) -> None:
@@ -162,7 +168,7 @@ def test_what_cannot_be_drawn_is_refused(run: Run, arguments: list[str], names: 
 def test_a_circle_is_reconstructed(run: Run, circle: Path) -> None:
     status, output, _ = run("reconstruct", circle)
     assert status == 0
-    answer = PcaAnswer.model_validate_json(output)
+    answer = ReconstructAnswer.model_validate_json(output)
     (curve,) = answer.curves
     assert curve.closed
     radii = np.linalg.norm(np.array(curve.vertices) - np.mean(curve.vertices, axis=0), axis=1)
@@ -172,7 +178,7 @@ def test_a_circle_is_reconstructed(run: Run, circle: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "begins"),
     [
-        ("a.json", b'{"method":"pca"'),
+        ("a.json", b'{"method":"'),
         ("a.geojson", b'{"type":"FeatureCollection"'),
         ("a.csv", b"curve,x,y\n0,"),
         ("a.svg", b"<svg "),
@@ -226,7 +232,9 @@ def test_options_are_the_parameters(run: Run, circle: Path) -> None:
 
 def test_switches_are_parameters_too(run: Run, circle: Path) -> None:
     refined, raw = (
-        PcaAnswer.model_validate_json(run("reconstruct", circle, switch, "--include", "stages")[1])
+        PcaAnswer.model_validate_json(
+            run("reconstruct", circle, "--method", "pca", switch, "--include", "stages")[1]
+        )
         for switch in ("--refine", "--no-refine")
     )
     assert refined.stages is not None
@@ -245,6 +253,51 @@ def test_the_method_can_be_chosen(run: Run, tmp_path: Path) -> None:
     assert counts == {"through": 1, "split": 2}
 
 
+def test_without_a_method_the_data_choose_and_parameters_of_both_are_taken(run: Run, circle: Path) -> None:
+    status, output, _ = run("reconstruct", circle)
+    assert status == 0
+    answer = ReconstructAnswer.model_validate_json(output)
+    assert {one.method for one in (*answer.decisions, *answer.alternatives)} == {"pca", "skeleton"}
+    assert run("reconstruct", circle, "--method", "auto")[1] == output
+    both = run("reconstruct", circle, "--crossings", "waist", "--no-planar", "--f-d", "1.5")
+    assert both[0] == 0
+    assert ReconstructAnswer.model_validate_json(both[1]).curves[0].closed
+
+
+# --- diagnosis ------------------------------------------------------------------------------------
+
+
+def test_a_diagnosis_is_a_report_to_read(run: Run, circle: Path, tmp_path: Path) -> None:
+    status, output, _ = run("diagnose", circle)
+    assert status == 0
+    told = DiagnosisAnswer.model_validate_json(run("diagnose", circle, "--json")[1])
+    text = output.decode()
+    assert text.split(".")[0] == told.verdict.split(".")[0]
+    assert f"sigma {told.sampling.sigma:.4g}" in text
+    assert "1 closed, 0 open, 0 crossings" in text
+    assert run("diagnose", circle, "-o", tmp_path / "a.txt")[0] == 0
+    assert (tmp_path / "a.txt").read_bytes() == output
+    assert run("diagnose", circle, "--format", "svg")[1].startswith(b"<svg ")
+
+
+def test_a_diagnosis_can_be_of_one_method(run: Run, circle: Path) -> None:
+    for method in ("pca", "skeleton"):
+        told = DiagnosisAnswer.model_validate_json(run("diagnose", circle, "--json", "--method", method)[1])
+        assert told.method == method
+        assert {one.method for one in told.decisions} == {method}
+
+
+def test_points_that_determine_no_curve_have_no_diagnosis(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("1,2\n1,2\n")
+    status, output, complaint = run("diagnose", path)
+    assert (status, output) == (2, b"")
+    assert one_line(complaint).startswith(f"tapeline: {path}: points")
+
+
+# --- methods --------------------------------------------------------------------------------------
+
+
 def test_the_stages_are_drawn(run: Run, circle: Path, tmp_path: Path) -> None:
     options = ["--method", "skeleton", "--include", "stages"]
     assert run("reconstruct", circle, *options, "-o", tmp_path / "a.svg")[0] == 0
@@ -253,7 +306,10 @@ def test_the_stages_are_drawn(run: Run, circle: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("options", "method"),
-    [(["--crossings", "split"], "skeleton"), (["--method", "skeleton", "--no-planar"], "pca")],
+    [
+        (["--method", "pca", "--crossings", "split"], "auto or skeleton"),
+        (["--method", "skeleton", "--no-planar"], "auto or pca"),
+    ],
 )
 def test_a_parameter_of_another_method_is_refused(
     run: Run, circle: Path, options: list[str], method: str

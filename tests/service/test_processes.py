@@ -21,7 +21,7 @@ from service.answers import SkeletonAnswer
 from service.processes import PROCESSES, Process, process
 from service.render import FORMS
 
-METHODS = [row for row in PROCESSES if row.id.startswith("reconstruct-")]
+METHODS = [row for row in PROCESSES if row.id.startswith("reconstruct")]
 each_method = pytest.mark.parametrize("row", METHODS, ids=lambda row: row.id)
 SKELETON = "/reconstruct/skeleton"
 

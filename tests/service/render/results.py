@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 from core.results import (
     Ball,
     Component,
+    ComponentSampling,
     Containment,
     Crossing,
     Curve,
+    CurveGap,
     Delaunay,
+    Diagnosis,
+    Evidence,
     Frame,
     Graph,
     GraphEdge,
@@ -23,6 +27,7 @@ from core.results import (
     Partition,
     Reconstruction,
     Sampling,
+    SigmaAlong,
     SkeletonStages,
     Stages,
     TapePolygon,
@@ -61,6 +66,59 @@ def partition(points: Floats, count: int = 2) -> Partition:
     return Partition(0.5, "given", labels, components, (Warn("thin", "too few points"),))
 
 
+def sampling(place: Floats) -> Sampling:
+    """All that samples can say of themselves, with a violation."""
+    violation = Violation(place, 1.5, "narrow", "branches-too-near", "scan denser here")
+    return Sampling(
+        sigma=0.01,
+        density=20.0,
+        epsilon=0.3,
+        nyquist=Nyquist(False, 1.5, (violation,), place),
+        sigma_error=0.001,
+        sigma_along=(SigmaAlong(0, np.array([place, 0.5 * place]), np.array([0.01, 0.02])),),
+        largest_gap=CurveGap(place, 0, 0.4, 8.0, 9.5),
+        components=(ComponentSampling(0, 30, 0.01, 0.001, 20.0), ComponentSampling(1, 20, 0.02, None, 10.0)),
+    )
+
+
+def evidence(component: int = 0) -> tuple[Evidence, Evidence]:
+    """For the march, and against the skeleton."""
+    return (
+        Evidence(component, "pca", "fits better", 2, 1, 1, 0.01, 0.99, 6.5, 0.0),
+        Evidence(component, "skeleton", "fits worse", 1, 1, 0, 0.02, 0.9, 12.0, 31.5),
+    )
+
+
+def chosen(result: Reconstruction) -> Reconstruction:
+    """The same, had there been a choice of methods."""
+    better, worse = evidence()
+    return replace(result, decisions=(better,), alternatives=(worse,))
+
+
+def without_curves(result: Reconstruction) -> Reconstruction:
+    """Nothing to be seen but what else there is."""
+    nyquist = Nyquist(True, None)
+    return replace(result, curves=(), crossings=(), sampling=replace(result.sampling, nyquist=nyquist))
+
+
+def diagnosis(dimension: int = 2, scale: float = 1.0) -> Diagnosis:
+    better, worse = evidence()
+    return Diagnosis(
+        method="pca",
+        reason="fits better",
+        verdict="The samples are not good enough.",
+        curves=2,
+        closed=1,
+        crossings=1,
+        outliers=np.array([3, 7]),
+        sampling=sampling(lifted(SQUARE, dimension)[1] * scale),
+        frames=(frame(0), frame(1)),
+        decisions=(better,),
+        alternatives=(worse,),
+        warnings=(Warn("few", "few points"),),
+    )
+
+
 def reconstruction(
     dimension: int = 2, stages: bool = False, curves: int = 2, scale: float = 1.0, offset: float = 0.0
 ) -> Reconstruction:
@@ -71,12 +129,20 @@ def reconstruction(
         method="pca",
         reason="asked for",
         curves=tuple(
-            Curve(lifted(vertices, dimension) * scale + offset, closed, number, 6.0, 25, 0.01)
+            Curve(
+                lifted(vertices, dimension) * scale + offset,
+                closed,
+                number,
+                6.0,
+                25,
+                0.01,
+                np.linspace(0.01, 0.05, len(vertices)) * scale if closed else None,
+            )
             for number, (vertices, closed) in enumerate(shapes)
         ),
         crossings=(Crossing(place, (0, 1), 90.0),),
         outliers=np.array([3, 7]),
-        sampling=Sampling(0.01, 20.0, 0.3, Nyquist(False, None, (Violation(place, 1.5, "narrow"),))),
+        sampling=sampling(place),
         frames=(frame(0),),
         warnings=(Warn("near", "two branches are near", tuple(place.tolist())), Warn("few", "few points")),
         stages=Stages(balls, (lifted(LINE, dimension),)) if stages else None,

@@ -2,13 +2,26 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import shapely
 
-from render.results import HOLE, OUTER, SQUARE, TRIANGLES, cloud, partition, reconstruction, skeleton
-from service.answers import PartitionAnswer, PcaAnswer, SkeletonAnswer
+from core.results import Reconstruction
+from render.results import (
+    HOLE,
+    OUTER,
+    SQUARE,
+    TRIANGLES,
+    chosen,
+    cloud,
+    diagnosis,
+    partition,
+    reconstruction,
+    skeleton,
+)
+from service.answers import DiagnosisAnswer, PartitionAnswer, PcaAnswer, ReconstructAnswer, SkeletonAnswer
 from service.render import document, encode
 
 
@@ -24,7 +37,9 @@ def test_a_reconstruction_reads_back_through_the_declared_answer(dimension: int,
         for read, made in zip(answer.curves, result.curves, strict=True)
     )
     assert answer.outliers == [3, 7]
-    assert answer.sampling.nyquist.margin_sigmas is None
+    for read, made in zip(answer.curves, result.curves, strict=True):
+        errors = made.standard_errors
+        assert read.standard_errors == (None if errors is None else errors.tolist())
     assert ("stages" in json.loads(text)) == stages
     assert [("location" in warning) for warning in json.loads(text)["warnings"]] == [True, False]
 
@@ -83,6 +98,58 @@ def test_a_march_has_no_tape() -> None:
     assert {"tape", "tape_components", "containment", "graph"}.isdisjoint(document(reconstruction()))
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("stages", [False, True])
+@pytest.mark.parametrize("made", [reconstruction, skeleton])
+def test_a_choice_of_methods_reads_back_through_the_declared_answer(
+    dimension: int, stages: bool, made: Callable[[int, bool], Reconstruction]
+) -> None:
+    answer = ReconstructAnswer.model_validate_json(encode(chosen(made(dimension, stages)), "json"))
+    (better,), (worse,) = answer.decisions, answer.alternatives
+    assert (better.method, better.nats, worse.method, worse.nats) == ("pca", 0.0, "skeleton", 31.5)
+    assert (answer.stages is not None) == stages
+
+
+def test_where_there_was_a_choice_and_no_tape_all_of_it_is_null() -> None:
+    for result in (reconstruction(), dataclasses.replace(skeleton(), tape=())):
+        answer = ReconstructAnswer.model_validate_json(encode(chosen(result), "json"))
+        assert answer.tape is answer.tape_components is answer.containment is answer.graph is None
+    taped = ReconstructAnswer.model_validate_json(encode(chosen(skeleton()), "json"))
+    assert taped.tape is not None
+    assert taped.tape_components == [0, 1]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_diagnosis_reads_back_through_the_declared_answer(dimension: int) -> None:
+    made = diagnosis(dimension)
+    answer = DiagnosisAnswer.model_validate_json(encode(made, "json"))
+    assert (answer.verdict, answer.curves, answer.closed, answer.crossings) == (made.verdict, 2, 1, 1)
+    sampling = answer.sampling
+    (violation,) = sampling.nyquist.violations
+    assert violation.model_dump(exclude={"location"}) == {
+        "gap_sigmas": 1.5,
+        "reason": "narrow",
+        "kind": "branches-too-near",
+        "advice": "scan denser here",
+    }
+    assert len(violation.location) == dimension
+    assert sampling.nyquist.margin_location == violation.location
+    assert sampling.sigma_along[0].sigma == [0.01, 0.02]
+    assert sampling.largest_gap is not None
+    assert (sampling.largest_gap.spacings, sampling.largest_gap.expected) == (8.0, 9.5)
+    assert [one.sigma_error for one in sampling.components] == [0.001, None]
+
+
+def test_what_is_not_known_of_the_samples_is_null() -> None:
+    made = diagnosis()
+    nyquist = dataclasses.replace(made.sampling.nyquist, margin_sigmas=None, margin_location=None)
+    sampling = dataclasses.replace(made.sampling, nyquist=nyquist, sigma_error=None, largest_gap=None)
+    text = encode(dataclasses.replace(made, sampling=sampling), "json")
+    read = DiagnosisAnswer.model_validate_json(text).sampling
+    assert read.nyquist.margin_sigmas is read.nyquist.margin_location is None
+    assert read.sigma_error is read.largest_gap is None
+
+
 def test_a_partition_reads_back_through_the_declared_answer() -> None:
     result = partition(cloud())
     answer = PartitionAnswer.model_validate_json(encode(result, "json", cloud()))
@@ -112,6 +179,10 @@ def test_members_come_in_the_order_of_the_contract() -> None:
         "graph",
         "stages",
     ]
+    choice = list(document(chosen(skeleton(stages=True))))
+    assert choice[7:11] == ["warnings", "decisions", "alternatives", "tape"]
+    assert choice == list(document(chosen(reconstruction(stages=True))))
+    assert list(document(diagnosis()))[:3] == ["verdict", "method", "reason"]
     assert list(document(partition(cloud()))) == [
         "epsilon",
         "epsilon_source",

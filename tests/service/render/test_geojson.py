@@ -39,6 +39,14 @@ def test_closed_curves_repeat_their_first_vertex_and_open_ones_do_not() -> None:
     assert crossing["properties"] == {"kind": "crossing", "curves": [0, 1], "angle": 90.0}
 
 
+def test_standard_errors_are_parallel_to_the_positions() -> None:
+    closed, opened, _ = json.loads(encode(reconstruction(), "geojson"))["features"]
+    errors = closed["properties"]["standard_errors"]
+    assert len(errors) == len(closed["geometry"]["coordinates"])
+    assert errors[0] == errors[-1]
+    assert opened["properties"]["standard_errors"] is None
+
+
 def test_a_curve_of_one_vertex_is_still_a_line() -> None:
     made = reconstruction()
     curve = dataclasses.replace(made.curves[0], vertices=SQUARE[:1], closed=False)

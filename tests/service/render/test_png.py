@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from core.results import Partition, Reconstruction
-from render.results import OUTER, cloud, partition, reconstruction, skeleton
+from core.results import Diagnosis, Partition, Reconstruction
+from render.results import OUTER, cloud, diagnosis, partition, reconstruction, skeleton, without_curves
 from service.render import encode, scene
 from service.render.pen import TAPE
-from service.render.scenes import COLOURS, Sheet
+from service.render.scenes import ALARM, COLOURS, Sheet
 
 
-def picture(result: Partition | Reconstruction, points: np.ndarray | None = None) -> np.ndarray:
+def picture(result: Diagnosis | Partition | Reconstruction, points: np.ndarray | None = None) -> np.ndarray:
     with Image.open(BytesIO(encode(result, "png", points))) as image:
         assert image.format == "PNG"
         return np.asarray(image.convert("RGB")).astype(int)
@@ -33,6 +33,24 @@ def test_curves_are_seen_in_their_colours(dimension: int, stages: bool) -> None:
     assert min(image.shape[:2]) >= 200
     assert all(share(image, colour) > 0.0005 for colour in COLOURS[:2])
     assert share(image, COLOURS[2]) == 0
+
+
+def test_bands_and_violations_are_seen() -> None:
+    made = reconstruction()
+    wide = dataclasses.replace(made.curves[0], standard_errors=np.full(4, 0.1))
+    bare = dataclasses.replace(made.curves[0], standard_errors=None)
+    tint = "#" + "".join(f"{round(255 - 0.35 * (255 - c)):02X}" for c in (0x00, 0x72, 0xB2))
+    shares = [share(picture(dataclasses.replace(made, curves=(one,))), tint) for one in (wide, bare)]
+    assert shares[0] > 0.05
+    assert shares[1] < 0.001
+    assert share(picture(made), ALARM) > 0
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_diagnosis_has_a_picture(dimension: int) -> None:
+    image = picture(diagnosis(dimension), cloud(50, dimension))
+    assert share(image, ALARM) > 0
+    assert share(image, COLOURS[1]) > 0
 
 
 def test_components_are_seen_in_their_colours() -> None:
@@ -59,17 +77,17 @@ def test_any_size_and_place_gives_a_picture(scale: float, offset: float) -> None
     "points", [np.zeros((1, 2)), np.full((5, 3), 3e300), np.full((3, 2), -1e-320), np.empty((0, 2))]
 )
 def test_points_without_extent_give_a_picture(points: np.ndarray) -> None:
-    assert picture(dataclasses.replace(reconstruction(), curves=(), crossings=()), points).size > 0
+    assert picture(without_curves(reconstruction()), points).size > 0
 
 
 def test_very_many_points_at_one_place_give_a_picture() -> None:
-    nothing = dataclasses.replace(reconstruction(), curves=(), crossings=())
+    nothing = without_curves(reconstruction())
     assert picture(nothing, np.ones((50_000, 2))).size > 0
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_the_tape_is_filled_but_for_its_hole(dimension: int) -> None:
-    made = dataclasses.replace(skeleton(dimension), curves=(), crossings=())
+    made = without_curves(skeleton(dimension))
     assert made.tape is not None
     filled = tuple(dataclasses.replace(polygon, holes=()) for polygon in made.tape)
     shares = [share(picture(one), TAPE) for one in (made, dataclasses.replace(made, tape=filled))]
@@ -99,5 +117,5 @@ def test_stages_of_any_size_and_place_give_a_picture(scale: float, offset: float
 @pytest.mark.parametrize("points", [np.zeros((20, 2)), np.full((20, 3), 3e300)])
 def test_stages_without_extent_give_a_picture(points: np.ndarray) -> None:
     result = skeleton(points.shape[1], stages=True)
-    bare = dataclasses.replace(result, curves=(), crossings=(), tape=(), graph=None)
+    bare = dataclasses.replace(without_curves(result), tape=(), graph=None)
     assert picture(bare, points).size > 0

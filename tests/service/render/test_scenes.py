@@ -7,7 +7,7 @@ import pytest
 
 from render.results import cloud, reconstruction, skeleton
 from service.render import scene
-from service.render.scenes import Area, Circle, Dots, Marks, Path, Scene, Segments, Sheet
+from service.render.scenes import Area, Band, Circle, Dots, Marks, Path, Scene, Segments, Sheet
 
 BOX = np.array([[1.0, 2.0], [4.0, 6.0]])
 
@@ -19,10 +19,11 @@ BOX = np.array([[1.0, 2.0], [4.0, 6.0]])
         Scene("", segments=(Segments(BOX[None], "#000000"),)),
         Scene("", dots=(Dots(BOX, "#000000"), Dots(np.empty((0, 2)), "#000000"))),
         Scene("", circles=(Circle(2.0, 3.0, 1.0), Circle(3.0, 5.0, 1.0))),
+        Scene("", bands=(Band((BOX[:1], BOX), "#000000"),)),
         Scene("", paths=(Path(BOX, False, "#000000", 0, ""),)),
         Scene("", marks=(Marks(BOX, "#000000"),)),
     ],
-    ids=["areas", "segments", "dots", "circles", "paths", "marks"],
+    ids=["areas", "segments", "dots", "circles", "bands", "paths", "marks"],
 )
 def test_the_bounds_hold_each_kind_of_shape(shown: Scene) -> None:
     assert np.array_equal(shown.bounds(), BOX)
@@ -66,7 +67,8 @@ def test_the_key_has_a_colour_for_each_name() -> None:
         "",
         areas=(Area((BOX,), "#111111", "#FFFFFF", "tape"), Area((BOX,), "#111111", "#FFFFFF", "tape")),
         dots=(Dots(BOX, "#222222"),),
+        circles=(Circle(0.0, 0.0, 1.0), Circle(0.0, 0.0, 1.0, "#444444", "noise")),
         marks=(Marks(BOX, "#333333", "crossings"),),
         paths=(Path(BOX, False, "#000000", 0, "curve 0"),),
     )
-    assert shown.key() == {"tape": "#111111", "crossings": "#333333"}
+    assert shown.key() == {"tape": "#111111", "noise": "#444444", "crossings": "#333333"}

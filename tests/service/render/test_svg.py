@@ -9,9 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from render.results import HOLE, OUTER, cloud, partition, reconstruction, skeleton
+from render.results import (
+    HOLE,
+    OUTER,
+    SQUARE,
+    cloud,
+    diagnosis,
+    partition,
+    reconstruction,
+    skeleton,
+    without_curves,
+)
 from service.render import encode
-from service.render.scenes import COLOURS, GREY
+from service.render.scenes import ALARM, COLOURS, GREY
 from service.render.svg import MAX_DOTS
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -96,17 +106,38 @@ def test_words_are_escaped() -> None:
 def test_the_tape_lies_below_the_cloud_and_its_hole_stays_empty() -> None:
     root = parsed(encode(skeleton(), "svg", cloud()))
     drawn = [path.get("class") for path in root.iter(f"{SVG}path")]
-    assert drawn == ["area", "area", "dots", "curve", "mark", "mark"]
+    assert drawn == ["area", "area", "dots", "band", "curve", "mark", "mark", "mark", "mark"]
     tape, _ = kinds(root, "area")
     assert tape.get("fill-rule") == "evenodd"
     assert tape.get("d", "").count("Z") == 2
     assert len(numbers(tape)) == len(OUTER) + len(HOLE)
 
 
-def test_crossings_are_marked_on_top() -> None:
+def test_crossings_and_violations_are_marked_on_top() -> None:
     root = parsed(encode(reconstruction(), "svg", cloud()))
-    square, (mark, _) = numbers(kinds(root, "curve")[0]), kinds(root, "mark")
-    assert numbers(mark)[0] == pytest.approx(square[1])
+    square, marks = numbers(kinds(root, "curve")[0]), kinds(root, "mark")
+    assert len(marks) == 4
+    for mark in marks:
+        assert numbers(mark)[0] == pytest.approx(square[1])
+    assert {mark.get("stroke") for mark in marks[2:]} == {ALARM, "#FFFFFF"}
+    assert marks[2].findtext(f"{SVG}title") == "branches too near"
+
+
+def test_the_band_lies_beneath_its_curve_in_the_same_colour() -> None:
+    root = parsed(encode(reconstruction(), "svg", cloud()))
+    (band,) = kinds(root, "band")
+    assert band.get("fill") == kinds(root, "curve")[0].get("stroke")
+    assert 0 < float(band.get("fill-opacity", "")) < 1
+    assert band.get("d", "").count("Z") == 2
+    assert len(numbers(band)) == 2 * len(SQUARE)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_diagnosis_is_drawn_with_words_for_what_is_seen(dimension: int) -> None:
+    root = parsed(encode(diagnosis(dimension), "svg", cloud(50, dimension)))
+    told = [node.text for node in root.iter(f"{SVG}title")]
+    assert {"2 sigma", "longest gap", "branches too near"} <= set(told)
+    assert len(list(root.iter(f"{SVG}circle"))) == 3
 
 
 def test_a_sheet_has_a_view_of_every_stage() -> None:
@@ -148,7 +179,15 @@ EXTENTS = st.floats(-300, 290).map(lambda power: 10.0**power)
 def test_any_size_and_place_gives_a_sound_picture(extent: float, offset: float, dimension: int) -> None:
     result = reconstruction(dimension, scale=extent, offset=offset * extent)
     root = parsed(encode(result, "svg", cloud(20, dimension) * extent + offset * extent))
-    assert all(np.isfinite(numbers(path)).all() for path in kinds(root, "curve"))
+    for path in [*kinds(root, "curve"), *kinds(root, "band")]:
+        assert np.isfinite(numbers(path)).all()
+    assert "nan" not in (root.get("viewBox") or "")
+
+
+@given(EXTENTS, st.sampled_from([2, 3]))
+def test_a_diagnosis_of_any_size_gives_a_sound_picture(extent: float, dimension: int) -> None:
+    root = parsed(encode(diagnosis(dimension, extent), "svg", cloud(20, dimension) * extent))
+    assert all(np.isfinite(numbers(path)).all() for path in root.iter(f"{SVG}path"))
     assert "nan" not in (root.get("viewBox") or "")
 
 
@@ -166,5 +205,5 @@ def test_stages_of_any_size_and_place_give_a_sound_sheet(
     "points", [np.zeros((1, 2)), np.full((5, 2), 3e300), np.full((3, 3), -1e-320), np.empty((0, 2))]
 )
 def test_points_without_extent_give_a_sound_picture(points: np.ndarray) -> None:
-    result = dataclasses.replace(reconstruction(), curves=(), crossings=())
+    result = without_curves(reconstruction())
     assert "nan" not in parsed(encode(result, "svg", points)).get("viewBox", "nan")
