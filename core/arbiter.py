@@ -180,7 +180,7 @@ def _evidence(one: Prepared, each: Weighed, found: Sequence[Weighed]) -> Evidenc
     return Evidence(
         component=one.component.label,
         method=each.method,
-        reason=_why(each, found),
+        reason=_why(one, each, found),
         curves=closed + opened,
         closed=closed,
         crossings=met,
@@ -191,11 +191,11 @@ def _evidence(one: Prepared, each: Weighed, found: Sequence[Weighed]) -> Evidenc
     )
 
 
-def _why(each: Weighed, found: Sequence[Weighed]) -> str:
+def _why(one: Prepared, each: Weighed, found: Sequence[Weighed]) -> str:
     """Say why a candidate was chosen, or was not."""
     best = found[0]
     if len(found) == 1:
-        return f"Only {NAMES[each.method]} finds curves here."
+        return _only(one, each.method)
     rival = found[1] if each is best else each
     ahead = f"{rival.nats - best.nats:.0f} nats"
     if rival.shape == best.shape and rival.nats - best.nats < ALIKE:
@@ -213,9 +213,24 @@ def _why(each: Weighed, found: Sequence[Weighed]) -> str:
     )
 
 
+def _only(one: Prepared, method: Method) -> str:
+    """Say why there is but one candidate."""
+    asked = getattr(one.parameters, "method", "auto")
+    if asked == method:
+        return f"{_begun(NAMES[method])} was asked for."
+    if not one.frame.flat:
+        return "The samples are worked on in space, where only the PCA march works."
+    return f"Only {NAMES[method]} finds curves here."
+
+
 def _begun(words: str) -> str:
     """Words at the beginning of a sentence."""
     return words[0].upper() + words[1:]
+
+
+def _lowered(sentence: str) -> str:
+    """A sentence to go on with after a colon; names in capitals stay."""
+    return sentence[0].lower() + sentence[1:]
 
 
 def _told(each: Weighed) -> str:
@@ -223,7 +238,8 @@ def _told(each: Weighed) -> str:
     closed, opened, met = each.shape
     words = [f"{count} {kind}" for count, kind in ((closed, "closed"), (opened, "open")) if count]
     curves = "curve" if closed + opened == 1 else "curves"
-    return f"{' and '.join(words)} {curves} with {met} crossing{'' if met == 1 else 's'}"
+    crossed = f"with {met} crossing{'' if met == 1 else 's'}" if met else "without crossings"
+    return f"{' and '.join(words)} {curves} {crossed}"
 
 
 def overall(solved: Sequence[Solved]) -> tuple[Method, str]:
@@ -238,5 +254,6 @@ def overall(solved: Sequence[Solved]) -> tuple[Method, str]:
     if len(solved) == 1:
         return method, most.evidence[0].reason
     count = sum(one.method == method for one in solved)
-    told = f"{most.evidence[0].reason[:-1]} (component {most.component.label}, the largest"
-    return method, f"{told}; {count} of {len(solved)} components are by {NAMES[method]})."
+    number = f"all {count}" if count == len(solved) else f"{count} of {len(solved)}"
+    told = f"{number} components are by {NAMES[method]}"
+    return method, f"In the largest of the components: {_lowered(most.evidence[0].reason[:-1])}; {told}."

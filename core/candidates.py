@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from core.cloud.sampling import Sample
 from core.march.chain import chain_neighbours
 from core.march.fragments import Pace
 from core.march.solve import Marched, solve_march
@@ -207,10 +206,8 @@ def _refined(
 def _settled(one: Prepared, curves: Sequence[Polyline], sigma: float) -> Refined:
     cut = CUTS[one.parameters.outliers]
     settle = refine_curves if one.parameters.refine else as_they_are
-    few = one.sample.few
-    sample = Sample(few, few, few) if one.hasty else one.sample
-    refined = settle(sample, curves, sigma, one.frame.flat, cut, one.spacing)
-    if sample.points is one.sample.points:
+    refined = settle(one.fitted, curves, sigma, one.frame.flat, cut, one.spacing)
+    if one.fitted.points is one.sample.points:
         return refined
     largest = max(noise.largest for noise in refined.noises) if refined.noises else refined.sigmas.max()
     reach = max(float(largest) * max(cut, SEEN), 1e-9)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.cloud.frame import is_quasi_planar
+from core.cloud.lattice import lattice_step
 from core.cloud.points import distinct
 from core.cloud.sampling import Sample, Scale, estimate_scale
 from core.cloud.working_frame import WorkingFrame, working_frame
@@ -42,6 +43,8 @@ class Prepared:
     quasi_planar : bool
         Also when 3D was asked for.
     parameters : CommonParameters
+    copies : bool
+        Whether equal points are copies of one sample, which tell nothing more: not so on a lattice.
     hasty : bool
         Whether the refinement may stop before its pass over all samples.
     """
@@ -55,6 +58,7 @@ class Prepared:
     extent: float
     quasi_planar: bool
     parameters: CommonParameters
+    copies: bool = False
     hasty: bool = False
 
     @property
@@ -62,6 +66,12 @@ class Prepared:
         """The wished spacing of vertices in working units."""
         wished = self.parameters.vertex_spacing
         return None if wished is None else wished / self.frame.scale
+
+    @property
+    def fitted(self) -> Sample:
+        """The samples that curves are refined with."""
+        sample = self.once if self.copies else self.sample
+        return Sample(sample.few, sample.few, sample.few) if self.hasty else sample
 
 
 def prepared(points: Floats, members: Ints, component: Component, parameters: CommonParameters) -> Prepared:
@@ -91,7 +101,10 @@ def prepared(points: Floats, members: Ints, component: Component, parameters: Co
     once = distinct(work)  # a ball of repetitions would be a perfect line
     once_sample = sample if once is work else Sample.of(once)
     scale = estimate_scale(once_sample, extent, frame.flat) if extent > 0 else None
-    return Prepared(component, members, frame, sample, once_sample, scale, extent, in_plane, parameters)
+    copies = once is not work and lattice_step(once) is None
+    return Prepared(
+        component, members, frame, sample, once_sample, scale, extent, in_plane, parameters, copies
+    )
 
 
 def _require_room(parameters: CommonParameters, work: Floats, frame: WorkingFrame) -> None:

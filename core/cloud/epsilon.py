@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from core.cloud.balls import Balls, optimal_balls
+from core.cloud.lattice import lattice_step
 from core.cloud.plateau import Witnesses, clearest, least_component_size
 from core.cloud.points import LARGEST, Normalisation, centred, distinct, inverse_power_of_two
 from core.cloud.sampling import spread_subsample
@@ -58,10 +59,7 @@ STRAY_DENSITY = 0.5
 FLANK = {2: 1.8, 3: 2.5}
 DECAY = {2: 0.304, 3: 0.24}
 
-# Points are on a lattice when so many have their nearest neighbour at one distance, but for rounding.
 FILLED = 0.5  # of the points distinct: fewer leave no gaps longer than a lattice's steps
-LATTICE = 1e-6
-LATTICE_SHARE = 0.8
 DIAGONAL = 1.5  # steps: joins diagonal neighbours
 
 
@@ -90,16 +88,8 @@ def estimate_epsilon(points: Floats) -> float:
     points = distinct(every)
     if len(points) == 1:
         return 4 * math.ulp(largest)
-    step = _lattice_step(points) if len(points) < FILLED * len(every) else None
+    step = lattice_step(points) if len(points) < FILLED * len(every) else None
     return min(max(_estimate(points, step) / unit, math.ulp(largest)), LARGEST)
-
-
-def _lattice_step(points: Floats) -> float | None:
-    """Step of the lattice to which distinct points have been rounded; None where there is none to be seen."""
-    seeds = points.take(spread_subsample(points, SEEDS), axis=0)
-    nearest = np.asarray(cKDTree(points).query(seeds, [2])[0])[:, 0]
-    step = float(np.median(nearest))
-    return step if np.mean(np.abs(nearest - step) <= LATTICE * step) > LATTICE_SHARE else None
 
 
 def _estimate(points: Floats, step: float | None) -> float:

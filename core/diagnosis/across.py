@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from core.diagnosis.lattice import LOOKED_AT, Lattice
 from core.refine.branches import Branches, near_branches
 from core.refine.polyline import Polyline
 from core.refine.project import Feet
@@ -16,7 +17,7 @@ __all__ = ["Across", "samples_across"]
 
 Floats = NDArray[np.float64]
 
-MOST = 100_000  # samples of a curve whose offsets are looked at
+MOST = 20_000  # samples of a curve whose offsets are looked at
 MOST_PLACES = 20_000
 CUT = 4.0  # in sigma: farther samples are not taken for the curve's,
 REACH = 6.0  # but noise that varies reaches farther
@@ -42,7 +43,7 @@ class Across:
     stations : (n,) array
         Ascending arc lengths of the feet of all samples within four sigma.
     station : (m,) array
-        The same of the samples within reach, at most 100 000, that lie beside the curve and nothing
+        The same of the samples within reach, at most 20 000, that lie beside the curve and nothing
         else: clear of ends, sharp turns and other branches.
     offset : (m, D) array
         Their signed distances across the curve; D = 1 in a plane. In space in four directions, 45
@@ -56,6 +57,8 @@ class Across:
     copies : float
         Samples to each one that is no copy of another, those within four sigma counted. Only the latter
         are in ``stations``, ``station``, ``offset`` and ``distance``.
+    coarse : bool
+        Whether the coordinates lie on a grid of steps like the noise or larger.
     """
 
     line: Polyline
@@ -68,6 +71,7 @@ class Across:
     places: Floats
     clear: NDArray[np.bool_]
     copies: float = 1.0
+    coarse: bool = False
 
 
 def samples_across(
@@ -76,7 +80,7 @@ def samples_across(
     feet: Feet,
     sigmas: Floats,
     flat: bool,
-    copied: bool = False,
+    axes: Floats | None = None,
 ) -> list[Across]:
     """Order the samples of each curve along it.
 
@@ -90,19 +94,23 @@ def samples_across(
         Noise about each line.
     flat : bool
         Whether the points lie in a plane.
-    copied : bool
-        Whether samples that coincide are copies of one.
+    axes : (3, d) array, optional
+        Columns are the axes of the input; without them no grid is looked for, and no copies.
     """
-    branches = near_branches(lines, np.asarray(sigmas, np.float64), CLEAR) if np.max(sigmas) > 0.0 else None
+    sigmas = np.asarray(sigmas, np.float64)
+    branches = near_branches(lines, sigmas, CLEAR) if np.max(sigmas) > 0.0 else None
+    ordered = [_ordered(feet, k, float(sigma)) for k, sigma in enumerate(sigmas)]
+    lattice = _lattice(points, ordered, axes, float(np.max(sigmas)))
     out = []
     for k, line in enumerate(lines):
-        sigma = float(sigmas[k])
-        mine = np.flatnonzero((feet.curve == k) & (feet.distance <= REACH * max(sigma, 1e-12)))
-        mine = mine[np.argsort(feet.station[mine], kind="stable")]
-        all_of_them = np.count_nonzero(feet.distance[mine] <= CUT * max(sigma, 1e-12))
-        if copied:
-            mine = mine[_is_first(feet.station[mine], feet.distance[mine], line.length)]
-        stations = feet.station[mine[feet.distance[mine] <= CUT * max(sigma, 1e-12)]]
+        sigma, mine = float(sigmas[k]), ordered[k]
+        station, distance = feet.station[mine], feet.distance[mine]
+        within = distance <= CUT * max(sigma, 1e-12)
+        all_of_them = np.count_nonzero(within)
+        if lattice is not None and not lattice.gridded:
+            first = _is_first(station, distance, line.length)
+            mine, station, within = mine[first], station[first], within[first]
+        stations = station[within]
         few = mine[:: max(1, -(-len(mine) // MOST))]  # every so many-th along the curve: whatever their order
         few = few[_is_clear(line, feet.station[few], sigma, k, branches)]
         offset = _offsets(points[few], feet.station[few], line, flat)
@@ -110,8 +118,26 @@ def samples_across(
         places = _places(line, sigma)
         clear = _is_clear(line, places, sigma, k, branches)
         copies = all_of_them / max(len(stations), 1)
-        out.append(Across(line, sigma, REACH * sigma, stations, *own, places, clear, copies))
+        coarse = lattice is not None and lattice.coarse
+        out.append(Across(line, sigma, REACH * sigma, stations, *own, places, clear, copies, coarse))
     return out
+
+
+def _ordered(feet: Feet, k: int, sigma: float) -> NDArray[np.int64]:
+    """Indices of the samples of a curve, in order along it."""
+    mine = np.flatnonzero((feet.curve == k) & (feet.distance <= REACH * max(sigma, 1e-12)))
+    return np.asarray(mine[np.argsort(feet.station[mine])])
+
+
+def _lattice(
+    points: Floats, ordered: Sequence[NDArray[np.int64]], axes: Floats | None, sigma: float
+) -> Lattice | None:
+    """What grid the coordinates lie on, from samples evenly along the curves."""
+    total = sum(map(len, ordered))
+    if axes is None or not total:
+        return None
+    few = np.concatenate([mine[:: max(1, -(-total // LOOKED_AT))] for mine in ordered])
+    return Lattice.of(points[few] @ axes, sigma)
 
 
 def _is_first(station: Floats, distance: Floats, length: float) -> NDArray[np.bool_]:

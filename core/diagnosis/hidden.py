@@ -22,7 +22,7 @@ __all__ = ["Hidden", "hidden_branches", "separation"]
 
 Floats = NDArray[np.float64]
 
-CHANCE = 0.005  # that a sound set has any stretch that is told to hide branches
+CHANCE = 0.003  # that a sound set has any stretch that is told to hide branches
 WHOLE = 0.6  # of it for the curve as a whole
 LEAST_SAMPLES = 60  # in a stretch
 LEVELS = 6  # of halving
@@ -133,7 +133,8 @@ def _shape(offset: Floats, reach: float) -> tuple[float, float, float]:
         if len(own) < 0.5 * LEAST_SAMPLES:
             continue
         own = own - own.mean()
-        c2, c3, c4 = (float(np.mean(own**p)) for p in (2, 3, 4))
+        square = own * own
+        c2, c3, c4 = (float(x) for x in (np.mean(square), np.mean(square * own), np.mean(square * square)))
         if not c2 > 0.0 or abs(c3) > SKEWED * c2**1.5 or c4 / c2**2 - 3.0 > MATERIAL:
             continue
         flatness = float(np.mean(np.abs(own))) / np.sqrt(c2)

@@ -1,60 +1,61 @@
-"""Coordinates on a grid, and samples told twice.
+"""Coordinates on a grid.
 
-About coordinates that were rounded to a grid coarser than the noise residuals tell nothing; copies of samples
-are no samples. On a grid samples coincide that are none.
+About coordinates that were rounded to a grid coarser than the noise residuals tell nothing. On any grid as
+dense as the samples different ones coincide; elsewhere samples that coincide are copies.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from core.cloud.sampling import spread_subsample
-from core.solved import Solved
+__all__ = ["LOOKED_AT", "Lattice"]
 
-__all__ = ["is_coarse", "is_gridded"]
-
-LOOKED_AT = 20_000
+LOOKED_AT = 10_000  # samples
 COARSE = 0.8  # in sigma: step of a grid that shapes the residuals
 REPEATED = 0.5  # share of coordinates that occur again
 SAME = 1e-9  # in sigma: coordinates that differ by less are the same
+STEP = 1e-6  # in sigma: least step of a grid
 
 
-def is_coarse(one: Solved) -> bool:
-    """Tell whether the coordinates of a component lie on a grid of steps like its noise or larger.
+@dataclass(frozen=True, slots=True)
+class Lattice:
+    """What the coordinates of samples show of a grid.
 
-    Parameters
+    Attributes
     ----------
-    one : Solved
+    coarse : bool
+        Whether its steps are like the noise, or larger, along any axis.
+    gridded : bool
+        Whether along every axis most of the different samples share their coordinate with others.
     """
-    places = _places(one)
-    for axis in range(one.frame.dimension):
-        steps = np.diff(np.sort(places[:, axis]))
-        real = steps[steps > 1e-6 * max(one.refined.sigma, 1e-9)]
-        step = float(np.median(real)) if len(real) else 0.0
-        if len(real) < (1.0 - REPEATED) * len(steps) and step > COARSE * one.refined.sigma:
-            return True
-    return False
+
+    coarse: bool
+    gridded: bool
+
+    @classmethod
+    def of(cls, places: NDArray[np.float64], sigma: float) -> Lattice:
+        """Look for a grid.
+
+        Parameters
+        ----------
+        places : (n, d) array
+            Samples along the axes of the input.
+        sigma : float
+            Noise standard deviation.
+        """
+        sigma = max(sigma, 1e-9)
+        coarse = any(_step(coordinate, STEP * sigma) > COARSE * sigma for coordinate in places.T)
+        keys = np.rint(places / (SAME * max(sigma, 1e-6)))
+        different = keys[np.append(True, np.any(np.diff(keys, axis=0) != 0.0, axis=1))]
+        most = REPEATED * len(different)
+        return cls(coarse, all(len(np.unique(coordinate)) < most for coordinate in different.T))
 
 
-def is_gridded(one: Solved) -> bool:
-    """Tell whether most of the different samples of a component share each coordinate with others.
-
-    There samples may coincide by chance; elsewhere those that do are copies.
-
-    Parameters
-    ----------
-    one : Solved
-    """
-    keys = np.rint(_places(one) / (SAME * max(one.refined.sigma, 1e-6)))
-    different = np.unique(keys[:, : one.frame.dimension], axis=0)
-    most = REPEATED * len(different)
-    return all(len(np.unique(coordinate)) < most for coordinate in different.T)
-
-
-def _places(one: Solved) -> NDArray[np.float64]:
-    """(n, 3) samples along the axes of the input, fewer of many."""
-    few = one.points
-    if len(few) > LOOKED_AT:
-        few = few[spread_subsample(few, LOOKED_AT)]
-    return np.asarray(few @ one.frame.axes)
+def _step(coordinate: NDArray[np.float64], least: float) -> float:
+    """Typical step of a grid along an axis; 0 where most coordinates occur but once."""
+    steps = np.diff(np.sort(coordinate))
+    real = steps[steps > least]
+    return float(np.median(real)) if 0 < len(real) < (1.0 - REPEATED) * len(steps) else 0.0

@@ -18,7 +18,6 @@ from core.diagnosis.branches import LEAST_GAP, branch_gaps
 from core.diagnosis.gaps import Gap, widest_gap
 from core.diagnosis.hidden import hidden_branches
 from core.diagnosis.junctions import Junctions
-from core.diagnosis.lattice import is_coarse
 from core.diagnosis.meetings import doubtful_meetings
 from core.diagnosis.thin import thinnest
 from core.diagnosis.turns import sharp_turns
@@ -78,7 +77,7 @@ def findings_of(one: Solved, samples: Sequence[Across], total: int) -> Findings:
             margin, margin_place = gap / sigma, told.place(place)
         if gap < LEAST_GAP * sigma:
             violations.append(told.near(place, gap))
-    coarse = is_coarse(one)
+    coarse = any(across.coarse for across in samples)
     shows = _shows_noise(one, samples) and not coarse
     if shows:
         doubts = doubtful_meetings(one.points, one.refined.curves, sigma) if one.frame.flat else []

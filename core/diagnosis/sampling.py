@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from core.cloud.points import LARGEST
+from core.cloud.working_frame import WorkingFrame
 from core.diagnosis.across import Across, samples_across
+from core.diagnosis.branches import LEAST_GAP
 from core.diagnosis.facing import facing_ends
-from core.diagnosis.lattice import is_gridded
+from core.diagnosis.neighbours import approaches
 from core.diagnosis.noise import noise_along, noise_error
 from core.diagnosis.nyquist import Findings, findings_of
 from core.diagnosis.verdict import verdict_of
-from core.diagnosis.wording import facing
+from core.diagnosis.wording import facing, near
 from core.refine.polyline import Polyline
 from core.results import (
     ComponentSampling,
@@ -55,7 +58,7 @@ def sampling_of(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partit
         sigma=sigma,
         density=_density(curves),
         epsilon=parts.epsilon,
-        nyquist=_nyquist(findings, _facing(solved, across, total)),
+        nyquist=_nyquist(findings, _Together.of(solved, across), total),
         sigma_error=error,
         sigma_along=tuple(_sigma_along(solved, across)),
         largest_gap=_largest_gap(solved, across, findings),
@@ -66,7 +69,12 @@ def sampling_of(curves: Sequence[Curve], solved: Sequence[Solved], parts: Partit
 def _across(one: Solved) -> list[Across]:
     refined = one.refined
     return samples_across(
-        one.points, refined.curves, refined.feet, refined.sigmas, one.frame.flat, not is_gridded(one)
+        one.points,
+        refined.curves,
+        refined.feet,
+        refined.sigmas,
+        one.frame.flat,
+        one.frame.axes[:, : one.frame.dimension],
     )
 
 
@@ -110,11 +118,62 @@ def _together(components: Sequence[ComponentSampling]) -> tuple[float, float | N
     return sigma * largest, min(error * largest, LARGEST)
 
 
-def _nyquist(findings: Sequence[Findings], faced: Sequence[Violation]) -> Nyquist:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Together:
+    """The curves of all components in the working frame of the largest one."""
+
+    frame: WorkingFrame
+    lines: list[Polyline]
+    counts: list[int]
+    groups: list[int]
+    sigmas: list[float]
+
+    @classmethod
+    def of(cls, solved: Sequence[Solved], across: Sequence[Sequence[Across]]) -> _Together:
+        frame = max(solved, key=lambda one: len(one.members)).frame
+        together = cls(frame, [], [], [], [])
+        for k, (one, samples) in enumerate(zip(solved, across, strict=True)):
+            for each in samples:
+                places = frame.way.apply(one.frame.restore(each.line.vertices))
+                flat = np.pad(places, ((0, 0), (0, 3 - places.shape[1])))
+                together.lines.append(Polyline(flat, each.line.closed))
+                together.counts.append(len(each.stations))
+                together.groups.append(k)
+                together.sigmas.append(one.refined.sigma * (one.frame.scale / frame.scale))
+        return together
+
+    def place(self, x: Floats) -> Floats:
+        """(d,) user's coordinates of a place (3,)."""
+        return np.asarray(self.frame.way.restore(x[None, : self.frame.dimension])[0])
+
+    def near(self) -> list[Findings]:
+        """Components that come near each other."""
+        out = []
+        for each in approaches(self.lines, self.groups, self.sigmas):
+            place, gap, sigma = self.place(each.place), each.gap, each.sigma
+            told = [near(place, gap, sigma, self.frame.scale)] if gap < LEAST_GAP * sigma else []
+            out.append(Findings(tuple(told), gap / sigma, place))
+        return out
+
+    def faced(self, total: int) -> tuple[Violation, ...]:
+        """Ends of curves of any components that face each other over a gap."""
+        sigma = max(self.sigmas, default=0.0)
+        return tuple(
+            facing(
+                self.place(each.place),
+                min(each.gap / sigma, LARGEST) if sigma > 1e-300 else LARGEST,
+                min(each.gap * self.frame.scale, LARGEST),
+                each.spacings,
+                each.expected,
+            )
+            for each in facing_ends(self.lines, self.counts, sigma, total)
+        )
+
+
+def _nyquist(findings: Sequence[Findings], together: _Together, total: int) -> Nyquist:
     """The least distance between branches, and every place where the samples do not suffice."""
-    violations = sorted(
-        [*(v for one in findings for v in one.violations), *faced], key=lambda v: v.gap_sigmas
-    )
+    findings = [*findings, *together.near(), Findings(together.faced(total))]
+    violations = sorted((v for one in findings for v in one.violations), key=lambda v: v.gap_sigmas)
     near = [one for one in findings if one.margin is not None]
     if not near:
         return Nyquist(not violations, None, tuple(violations))
@@ -149,25 +208,3 @@ def _largest_gap(
             best = CurveGap(place, first + k, length, gap.spacings, gap.expected)
         first += len(samples)
     return best
-
-
-def _facing(solved: Sequence[Solved], across: Sequence[Sequence[Across]], total: int) -> list[Violation]:
-    """Ends of curves of any components that face each other over a gap."""
-    frame = max(solved, key=lambda one: len(one.members)).frame
-    lines, counts, sigma = [], [], 0.0
-    for one, samples in zip(solved, across, strict=True):
-        sigma = max(sigma, one.refined.sigma * (one.frame.scale / frame.scale))
-        for each in samples:
-            places = frame.way.apply(one.frame.restore(each.line.vertices))
-            lines.append(Polyline(np.pad(places, ((0, 0), (0, 3 - places.shape[1]))), each.line.closed))
-            counts.append(len(each.stations))
-    return [
-        facing(
-            frame.way.restore(each.place[None, : frame.dimension])[0],
-            min(each.gap / sigma, LARGEST) if sigma > 1e-300 else LARGEST,
-            min(each.gap * frame.scale, LARGEST),
-            each.spacings,
-            each.expected,
-        )
-        for each in facing_ends(lines, counts, sigma, total)
-    ]

@@ -21,7 +21,7 @@ GUARD = 1.5  # in sigma: between a window and what is either side of it,
 SIDE = 9.0  # which is so many sigma long
 THIN = 0.45  # of the samples that are due
 CHANCE = 0.003  # that independent samples are as thin anywhere
-APART = 1.0  # in sigma: windows that say different things
+APART = 1.0  # in sigma: how far apart windows of all widths say different things
 
 
 def thinnest(across: Across, share: float = 1.0) -> tuple[float, float] | None:
@@ -44,8 +44,7 @@ def thinnest(across: Across, share: float = 1.0) -> tuple[float, float] | None:
     ordered = across.stations
     if line.closed:
         ordered = np.concatenate([ordered - line.length, ordered, ordered + line.length])
-    windows = len(WIDTHS) * line.length / (APART * sigma)
-    best, least = None, CHANCE * share / windows
+    best, least = None, CHANCE * share * (APART * sigma / line.length)
     for width in WIDTHS:
         half = 0.5 * width * sigma
         inner, outer = half + GUARD * sigma, half + (GUARD + SIDE) * sigma

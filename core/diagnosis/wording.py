@@ -17,11 +17,12 @@ from core.diagnosis.meetings import Doubt
 from core.diagnosis.turns import Turn
 from core.results import Violation
 
-__all__ = ["Wording", "facing"]
+__all__ = ["Wording", "facing", "near"]
 
 Floats = NDArray[np.float64]
 
 QUIETER = "average scans or measure more precisely"
+QUIETER_BY = 0.8  # at least
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,16 +46,7 @@ class Wording:
 
     def near(self, x: Floats, gap: float) -> Violation:
         """Two branches that are told apart, but too near."""
-        place, sigmas = self.place(x), gap / self.sigma
-        return Violation(
-            place,
-            float(sigmas),
-            f"two branches are only {sigmas:.1f} sigma apart near {_at(place)}, and nearer than "
-            f"{LEAST_GAP:g} sigma they cannot be told apart reliably",
-            "branches-too-near",
-            f"{QUIETER} near {_at(place)}, to bring the noise from {self._length(self.sigma)} below "
-            f"{self._length(gap / LEAST_GAP)}, or give the two branches as separate point sets",
-        )
+        return near(self.place(x), gap, self.sigma, self.frame.scale)
 
     def crossed(self, doubt: Doubt) -> Violation:
         """Two branches that may cross or not."""
@@ -73,6 +65,7 @@ class Wording:
         """One curve for two branches."""
         place = self._on(across, 0.5 * (found.low + found.high))
         sigmas = found.gap / max(found.sigma, 1e-300)
+        wanted = min(found.gap / LEAST_GAP, QUIETER_BY * found.sigma)
         return Violation(
             place,
             float(sigmas),
@@ -80,7 +73,7 @@ class Wording:
             f"there were two branches some {sigmas:.1f} sigma apart",
             "branches-hidden",
             f"if there are two branches {self._length(found.gap)} apart near {_at(place)}, {QUIETER} to "
-            f"bring the noise from {self._length(found.sigma)} below {self._length(found.gap / LEAST_GAP)}, "
+            f"bring the noise from {self._length(found.sigma)} below {self._length(wanted)}, "
             f"or give them as separate point sets",
         )
 
@@ -136,6 +129,21 @@ class Wording:
 
 def _at(place: Floats) -> str:
     return f"({', '.join(f'{x:.4g}' for x in place)})"
+
+
+def near(place: Floats, gap: float, sigma: float, scale: float) -> Violation:
+    """Two branches that are told apart, but too near; lengths in units of ``scale``."""
+    sigmas = gap / sigma
+    wanted, noise = (min(x * scale, LARGEST) for x in (gap / LEAST_GAP, sigma))
+    return Violation(
+        place,
+        float(sigmas),
+        f"two branches are only {sigmas:.1f} sigma apart near {_at(place)}, and nearer than "
+        f"{LEAST_GAP:g} sigma they cannot be told apart reliably",
+        "branches-too-near",
+        f"{QUIETER} near {_at(place)}, to bring the noise from {noise:.3g} below {wanted:.3g}, or give the "
+        f"two branches as separate point sets",
+    )
 
 
 def facing(place: Floats, sigmas: float, gap: float, spacings: float, expected: float) -> Violation:

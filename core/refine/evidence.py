@@ -65,7 +65,8 @@ def description_length(
     axes = 2 if flat else 3
     sigma = max(sigma, LEAST_SIGMA * extent)
     nodes, weight = _nodes(curves, sigma)
-    distance, near = cKDTree(nodes).query(points, NODES, distance_upper_bound=REACH * sigma)
+    distance, found = cKDTree(nodes).query(points, NODES, distance_upper_bound=REACH * sigma)
+    near = np.asarray(found, np.int64)
     seen = np.isfinite(distance)
     blurred = np.where(seen, np.exp(-0.5 * (np.where(seen, distance, 0.0) / sigma) ** 2), 0.0)
     if uneven:

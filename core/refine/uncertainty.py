@@ -257,8 +257,10 @@ def sigma_error(distance: Floats, weight: Floats | None, spent: float, sigma: fl
     samples = mass(len(distance), weight)
     if samples == 0.0:
         return sigma
-    square = distance**2
-    mean, fourth = mean_square(distance, weight), mean_square(square, weight)
+    # Only their proportions count; in units of a noise that is nothing but rounding squares would overflow.
+    square = (distance / max(float(distance.max()), 1e-300)) ** 2
+    fourth = mean_square(square, weight)
+    mean = float(np.average(square, weights=weight))
     # The squared length of a normal vector has a variance of 2 / normals of its mean's square.
     excess = normals * (fourth / max(mean**2, 1e-300) - 1.0) / 2.0
     return sigma * float(np.sqrt(max(excess, 1.0) / (2.0 * normals * max(samples - spent, 1.0))))

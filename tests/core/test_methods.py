@@ -330,10 +330,13 @@ def test_samples_are_kept_or_rejected_as_told(name):
 
 
 @pytest.mark.parametrize("times", [2, 5])
-def test_repeated_samples_change_little(times):
+def test_copies_of_samples_tell_nothing_more(times):
     points, first = base(("ellipse", 3))
     answer = pca(np.repeat(points, times, axis=0))
-    assert same_curves(first, answer) < 0.01 * diagonal(points)
+    assert same_curves(first, answer) < 1e-9 * diagonal(points)
+    assert answer.sampling.sigma == pytest.approx(first.sampling.sigma, rel=1e-9)
+    assert answer.sampling.density == pytest.approx(times * first.sampling.density, rel=1e-9)
+    assert [len(c.vertices) for c in answer.curves] == [len(c.vertices) for c in first.curves]
 
 
 @pytest.mark.parametrize("grid", [0.01, 0.05])

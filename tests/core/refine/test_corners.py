@@ -76,6 +76,22 @@ def test_a_corner_turns_with_the_frame():
     np.testing.assert_allclose(there.place, here.place @ turn, atol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_between_straight_chords_rounding_does_not_choose_the_place(seed):
+    # Wherever both chords are straight the turn is the same: a whole stretch about the corner has the most.
+    points, line = bent(np.pi / 2)
+    station = project(points, [line], 5 * SIGMA).station
+    (here,) = find_corners(points, station, line, SIGMA)
+    assert here.station == pytest.approx(1.0, abs=SIGMA)
+    rng = np.random.default_rng(seed)
+    turn, scale = rotation(rng, 3).T, rng.uniform(0.5, 2.0)
+    turned = Polyline(scale * line.vertices @ turn, False)
+    (there,) = find_corners(scale * points @ turn, scale * station, turned, scale * SIGMA)
+    assert there.station == pytest.approx(scale * here.station, rel=1e-9)
+    assert len(there.before) == len(here.before)
+    assert len(there.after) == len(here.after)
+
+
 @pytest.mark.parametrize("name", ["square", "star"])
 def test_all_corners_of_a_polygon_are_sharp(name):
     sample = point_set(name, n=20_000, sigma=0.0025, seed=1)

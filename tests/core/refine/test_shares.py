@@ -161,20 +161,3 @@ def test_where_noise_differs_a_sample_between_two_branches_is_rather_the_noisier
     for share, weight in zip(shares, weights, strict=True):
         np.add.at(weight, share.index, 1.0 if share.weight is None else share.weight)
     assert np.all(weights[1][-9:] > weights[0][-9:])
-
-
-def test_a_clump_at_an_end_is_left_out():
-    line = straight()
-    rng = np.random.default_rng(0)
-    clump = line.vertices[-1] + 3.0 * SIGMA * rng.normal(size=(60, 3)) * [1.0, 1.0, 0.0]
-    clump += (
-        8.0
-        * SIGMA
-        * (line.vertices[-1] - line.vertices[-2])
-        / np.linalg.norm(line.vertices[-1] - line.vertices[-2])
-    )
-    own = along(line, 800, rng)
-    longer = type(line)(np.concatenate((line.vertices, clump.mean(axis=0)[None])), False)
-    (share,), _ = shares(np.concatenate((own, clump)), longer, ends=[(0.0, longer.length)])
-    assert np.mean(share.index >= len(own)) < 0.02
-    assert np.count_nonzero(share.index < len(own)) > 0.95 * len(own)

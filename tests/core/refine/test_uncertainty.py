@@ -240,6 +240,15 @@ def test_heavy_tails_make_sigma_less_certain():
     assert np.mean(told) == pytest.approx(scatter, rel=0.2)
 
 
+@pytest.mark.parametrize("unit", [1e-200, 1.0, 1e200])
+def test_the_unit_of_the_distances_does_not_matter(unit):
+    rng = np.random.default_rng(0)
+    distance, weight = np.abs(rng.standard_t(5, size=400)), rng.uniform(size=400)
+    for given in (None, weight):
+        told = sigma_error(unit * distance, given, 5.0, 2.0, 1)
+        assert told == pytest.approx(sigma_error(distance, given, 5.0, 2.0, 1), rel=1e-9)
+
+
 def test_sigma_has_its_standard_error():
     far = []
     for seed in range(40):
