@@ -181,9 +181,9 @@ def _errors(one: Solved, k: int) -> Floats:
 
 
 def _in_units(errors: Floats, scale: float) -> Floats | None:
-    """Standard errors in the user's units; None where no fit holds the curve anywhere."""
+    """Standard errors in the user's units; None where a stretch of the curve has no fit."""
     with np.errstate(over="ignore"):
-        return None if np.isnan(errors).all() else np.minimum(errors * scale, LARGEST)
+        return None if np.isnan(errors).any() else np.minimum(errors * scale, LARGEST)
 
 
 def _crossings(one: Solved, first: int) -> list[Crossing]:

@@ -114,8 +114,7 @@ class Curve:
     rms_residual : float
         RMS distance of those samples from the curve.
     standard_errors : (M,) array or None
-        Pointwise standard error at the vertices, across the curve; NaN at vertices that no fit holds, and
-        None where that is all of them.
+        Pointwise standard error at the vertices, across the curve; None where a stretch has no fit.
     """
 
     vertices: Floats

@@ -41,7 +41,7 @@ class Across:
     reach : float
         Up to which distance samples are its own.
     stations : (n,) array
-        Ascending arc lengths of the feet of all samples within four sigma.
+        Ascending arc lengths of the feet of all samples within four sigma; of copies of one but the first.
     station : (m,) array
         The same of the samples within reach, at most 20 000, that lie beside the curve and nothing
         else: clear of ends, sharp turns and other branches.
@@ -54,9 +54,6 @@ class Across:
         Stations all along the curve, about half a sigma apart.
     clear : (G,) array of bool
         Whether there is nothing else there: no end, sharp turn or other branch.
-    copies : float
-        Samples to each one that is no copy of another, those within four sigma counted. Only the latter
-        are in ``stations``, ``station``, ``offset`` and ``distance``.
     coarse : bool
         Whether the coordinates lie on a grid of steps like the noise or larger.
     """
@@ -70,7 +67,6 @@ class Across:
     distance: Floats
     places: Floats
     clear: NDArray[np.bool_]
-    copies: float = 1.0
     coarse: bool = False
 
 
@@ -106,7 +102,6 @@ def samples_across(
         sigma, mine = float(sigmas[k]), ordered[k]
         station, distance = feet.station[mine], feet.distance[mine]
         within = distance <= CUT * max(sigma, 1e-12)
-        all_of_them = np.count_nonzero(within)
         if lattice is not None and not lattice.gridded:
             first = _is_first(station, distance, line.length)
             mine, station, within = mine[first], station[first], within[first]
@@ -117,9 +112,8 @@ def samples_across(
         own = feet.station[few], offset, feet.distance[few]
         places = _places(line, sigma)
         clear = _is_clear(line, places, sigma, k, branches)
-        copies = all_of_them / max(len(stations), 1)
         coarse = lattice is not None and lattice.coarse
-        out.append(Across(line, sigma, REACH * sigma, stations, *own, places, clear, copies, coarse))
+        out.append(Across(line, sigma, REACH * sigma, stations, *own, places, clear, coarse))
     return out
 
 

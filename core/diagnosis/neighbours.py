@@ -16,10 +16,12 @@ __all__ = ["Approach", "approaches"]
 Floats = NDArray[np.float64]
 
 LOOK = 25.0  # in sigma: how far
-STEP = 1.0  # in sigma: between places on a curve,
-MOST_PLACES = 12_000  # unless they would be too many on all of them
+STEP = 1.0  # in sigma: between places on a curve, at least
+FINEST = 0.25  # of the largest noise of all,
+MOST_PLACES = 12_000  # and more where places would be too many on all of them
 LEAST_PLACES = 16  # on one
 FARTHEST = 0.02  # of the extent: what keeps the number of pairs in proportion to that of places
+NEAREST = 8.0  # in sigma: at least so far
 TIP = 3.0  # in sigma: ends that are near each other are a gap in one curve rather than two branches
 MOST = 20
 
@@ -48,14 +50,15 @@ def approaches(lines: Sequence[Polyline], groups: Sequence[int], sigmas: Sequenc
     if len(set(groups)) < 2 or not largest > 0.0:
         return []
     most = max(MOST_PLACES // len(lines), LEAST_PLACES)
-    stations = [_stations(line, sigma, most) for line, sigma in zip(lines, sigmas, strict=True)]
+    steps = [max(STEP * sigma, FINEST * largest) for sigma in sigmas]
+    stations = [_stations(line, step, most) for line, step in zip(lines, steps, strict=True)]
     counts = [len(s) for s in stations]
     places = np.concatenate([line.at(s) for line, s in zip(lines, stations, strict=True)])
     group, sigma = np.repeat(groups, counts), np.repeat(sigmas, counts)
     ends = [_is_end(line, s, TIP * noise) for line, s, noise in zip(lines, stations, sigmas, strict=True)]
     end = np.concatenate(ends)
     extent = float(np.linalg.norm(np.ptp(places, axis=0)))
-    reach = min(LOOK * largest, max(FARTHEST, 100.0 / len(places)) * extent)
+    reach = min(LOOK * largest, max(FARTHEST * extent, 100.0 / len(places) * extent, NEAREST * largest))
     i, j = cKDTree(places).query_pairs(reach, output_type="ndarray").T
     apart = (group[i] != group[j]) & ~(end[i] & end[j])
     i, j = i[apart], j[apart]
@@ -72,8 +75,8 @@ def approaches(lines: Sequence[Polyline], groups: Sequence[int], sigmas: Sequenc
     return out
 
 
-def _stations(line: Polyline, sigma: float, most: int) -> Floats:
-    count = int(min(max(line.length / max(STEP * sigma, 1e-300), LEAST_PLACES), most))
+def _stations(line: Polyline, step: float, most: int) -> Floats:
+    count = int(min(max(line.length / step, LEAST_PLACES), most))
     return np.linspace(0.0, line.length, count, endpoint=not line.closed)
 
 

@@ -44,12 +44,10 @@ def noise_error(refined: Refined, samples: Sequence[Across], normals: int) -> fl
     given = refined.sigma_errors
     if len(given) == len(count) and np.all(np.isfinite(given[count > 0])) and np.any(given > 0.0):
         errors = np.where(count > 0, given, 0.0)
-        copies = np.array([each.copies for each in samples])  # which tell nothing new
     else:
-        copies = np.ones(len(count))
         errors = np.array([_own_error(each, refined.errors[k], normals) for k, each in enumerate(samples)])
     known = count > 0
-    parts = (count * refined.sigmas * errors * np.sqrt(copies))[known] / count.sum() / refined.sigma
+    parts = (count * refined.sigmas * errors)[known] / count.sum() / refined.sigma
     return float(np.sqrt(np.sum(parts**2))) if np.all(np.isfinite(parts)) else None
 
 
