@@ -15,14 +15,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from core.candidates import Candidate, by_march, by_neighbours, by_tape, crossings_read
+from core.candidates import Candidate, by_march, by_neighbours, by_tape, crossings_read, hairpins_cut
 from core.cloud.points import LARGEST
 from core.cloud.sampling import spread_subsample
 from core.diagnosis.gaps import longest_gap
 from core.parameters import ReconstructParameters
 from core.prepared import Prepared
 from core.refine.crossings import crossings
-from core.refine.evidence import bending, description_length
+from core.refine.evidence import bending, description_length, typical_curvature
 from core.results import Evidence
 from core.solved import Solved
 
@@ -35,7 +35,8 @@ JUDGED = 10_000  # samples by which candidates are compared
 NAMES = {"pca": "the PCA march", "skeleton": "the skeleton"}
 COST_OF_CURVE = 0.5  # in units of ln N
 COST_OF_END = 1.5  # two of them cost more than the largest gap of N independent samples, about ln N + 5
-BENDING = 5.0  # on its nats: wiggles and tangles follow single samples
+BENDING = 4.0  # on its nats: wiggles and tangles follow single samples
+GENTLE = 0.5  # of what a circle about the samples has: nothing is taken for straighter
 NOISY = 1.3  # times the noise in local balls: branches may have come out as one
 EXPLAINED = 0.95  # share of the samples
 ALIKE = 5.0  # nats that make no difference
@@ -105,6 +106,10 @@ def weighed(one: Prepared, parameters: ReconstructParameters) -> list[Weighed]:
     if _is_doubtful(one, weighed):
         found += _run(one, parameters, FACTORS, LEVELS)
         weighed = _weighed(one, found)
+    cut = [(each.method, other) for each in weighed for other in hairpins_cut(one, each.candidate)]
+    if cut:
+        found += cut
+        weighed = _weighed(one, found)
     if all(each.candidate.leaves_too_many for each in weighed):
         linked = by_neighbours(one)
         if linked is not None:
@@ -147,10 +152,19 @@ def _weighed(one: Prepared, found: Sequence[tuple[Method, Candidate]]) -> list[W
     judged = few[spread_subsample(few, JUDGED)]
     for clump in (clump for _, candidate in found for clump in candidate.clumps):
         judged = judged[np.linalg.norm(judged - clump.centre, axis=1) > clump.radius]
-    return sorted((_weigh(one, method, each, judged) for method, each in found), key=lambda each: each.nats)
+    curvature = _typical_curvature(one, [candidate for _, candidate in found])
+    weighed = [_weigh(one, method, each, judged, curvature) for method, each in found]
+    return sorted(weighed, key=lambda each: each.nats)
 
 
-def _weigh(one: Prepared, method: Method, candidate: Candidate, judged: Floats) -> Weighed:
+def _typical_curvature(one: Prepared, candidates: Sequence[Candidate]) -> float:
+    """Curvature of the smoothest candidate; local balls that meet a second branch have it too large."""
+    found = [typical_curvature(each.refined.curves, each.refined.sigma) for each in candidates]
+    smoothest = max(min(found, default=0.0), GENTLE / max(one.extent, 1e-300))
+    return smoothest if one.scale is None else min(smoothest, one.scale.curvature)
+
+
+def _weigh(one: Prepared, method: Method, candidate: Candidate, judged: Floats, curvature: float) -> Weighed:
     refined = candidate.refined
     lines = refined.curves
     nats = description_length(
@@ -158,8 +172,7 @@ def _weigh(one: Prepared, method: Method, candidate: Candidate, judged: Floats) 
     )
     ends = sum(2 for line in lines if not line.closed)
     nats += (COST_OF_CURVE * len(lines) + COST_OF_END * ends) * float(np.log(len(judged) + 1.0))
-    if one.scale is not None:
-        nats += BENDING * bending(lines, refined.sigma, one.scale.curvature)
+    nats += BENDING * bending(lines, refined.sigma, curvature)
     met = len(crossings(lines)) if one.frame.flat else 0
     return Weighed(method, candidate, nats, met, _largest_gap(candidate))
 

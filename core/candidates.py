@@ -18,6 +18,7 @@ from core.march.solve import Marched, solve_march
 from core.parameters import PcaParameters, SkeletonParameters
 from core.prepared import Prepared
 from core.refine.blobs import is_blob
+from core.refine.hairpins import hairpins, without
 from core.refine.polyline import Polyline
 from core.refine.principal_curve import CUT, SEEN, Refined, as_they_are, refine_curves
 from core.refine.project import project
@@ -26,12 +27,13 @@ from core.tape.readings import Reading, read_crossings
 from core.tape.small_triangles import Smallness
 from core.tape.solve import Choices, Taped, solve_tape
 
-__all__ = ["Candidate", "Clump", "by_march", "by_neighbours", "by_tape", "crossings_read"]
+__all__ = ["Candidate", "Clump", "by_march", "by_neighbours", "by_tape", "crossings_read", "hairpins_cut"]
 
 Floats = NDArray[np.float64]
 
 LEAST_EXPLAINED = 0.9  # share of samples on the found curves, below which neighbours are linked instead
 CUTS = {"auto": CUT, "keep": 5.0, "reject": 3.0}  # in sigma
+FEW_CUTS = 4
 AROUND = 2.0  # in sigma: how far a clump reaches beyond the curve through it
 TOUCHING = 4.0  # in sigma: a curve that ends this near another ends on it
 
@@ -155,6 +157,38 @@ def by_neighbours(one: Prepared) -> Candidate | None:
     """
     chain = chain_neighbours(one.sample.points)
     return None if chain is None else Candidate(_as_they_are(one, chain, 0.0))
+
+
+def hairpins_cut(one: Prepared, candidate: Candidate) -> list[Candidate]:
+    """Try without the hairpins: ends of neighbouring branches may have been joined round the corner.
+
+    Parameters
+    ----------
+    one : Prepared
+    candidate : Candidate
+
+    Returns
+    -------
+    list of Candidate
+        All hairpins cut, and each alone where there are a few.
+    """
+    refined = candidate.refined
+    lines, sigma = refined.curves, refined.sigma
+    cuts = [(k, place) for k, line in enumerate(lines) for place in hairpins(line, sigma)]
+    if not cuts or not sigma > 0.0:
+        return []
+    choices = [cuts] if len(cuts) == 1 or len(cuts) > FEW_CUTS else [cuts, *([cut] for cut in cuts)]
+    out = []
+    for chosen in choices:
+        pieces = [
+            piece
+            for k, line in enumerate(lines)
+            for piece in without(line, [place for n, place in chosen if n == k], sigma)
+        ]
+        cut, clumps = _refined(one, pieces, sigma)
+        if cut is not None:
+            out.append(replace(candidate, refined=cut, clumps=(*candidate.clumps, *clumps)))
+    return out
 
 
 def crossings_read(one: Prepared, candidate: Candidate, crossings: Reading) -> Candidate:

@@ -16,15 +16,15 @@ from scipy.spatial import cKDTree
 
 from core.refine.polyline import Polyline
 
-__all__ = ["bending", "description_length"]
+__all__ = ["bending", "description_length", "typical_curvature"]
 
 BACKGROUND = 0.02  # share of outliers at first, and in as many samples more:
 PRIOR = 50.0  # of no data
 ROUNDS = 12  # of finding the share
 COST_OF_CURVE = 1.0  # in units of ln N
 COST_OF_END = 2.5
-SAMPLES_A_STRETCH = 60.0
-MOST_STRETCHES = 48
+SAMPLES_A_STRETCH = 80.0
+MOST_STRETCHES = 12
 LEAST_DENSITY = 0.15  # of the mean
 EXPECTATIONS = 3
 MOST_CHORDS = 5000  # a curve
@@ -137,15 +137,37 @@ def bending(curves: Sequence[Polyline], sigma: float, curvature: float) -> float
     return sum(_energy(line, CHORD * sigma) for line in curves) / (2.0 * max(curvature, 1e-300))
 
 
+def typical_curvature(curves: Sequence[Polyline], sigma: float) -> float:
+    """Curvature that three quarters of the curves' length do not exceed, measured over a few sigma.
+
+    Parameters
+    ----------
+    curves : sequence of Polyline
+    sigma : float
+        Noise standard deviation.
+    """
+    found = []
+    for line in curves:
+        turn, chord = _turns(line, 2.0 * CHORD * sigma)
+        found.append(turn / max(chord, 1e-300))
+    return float(np.quantile(np.concatenate(found), 0.75)) if found else 0.0
+
+
 def _energy(line: Polyline, chord: float) -> float:
     """Sum of squared turns over the chord's length."""
+    turn, chord = _turns(line, chord)
+    return float(np.sum(turn**2)) / max(chord, 1e-300)
+
+
+def _turns(line: Polyline, chord: float) -> tuple[NDArray[np.float64], float]:
+    """Turns in radians between chords about so long, and how long they are."""
     length = line.length
     count = max(int(length / max(chord, length / MOST_CHORDS, 1e-300)), 4)
     x = line.at(np.linspace(0.0, length, count + 1)[: count + (0 if line.closed else 1)])
     step = np.diff(np.concatenate([x, x[:2]]) if line.closed else x, axis=0)
     step /= np.maximum(np.linalg.norm(step, axis=1), 1e-300)[:, None]
     turn = np.arccos(np.clip(np.einsum("ij,ij->i", step[1:], step[:-1]), -1.0, 1.0))
-    return float(np.sum(turn**2)) * count / max(length, 1e-300)
+    return np.asarray(turn), length / count
 
 
 def _nodes(curves: Sequence[Polyline], step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

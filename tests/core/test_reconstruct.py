@@ -71,6 +71,17 @@ def test_each_component_has_a_decision_of_its_own():
     assert "components are by" in answer.reason
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_ends_side_by_side_are_not_joined_round_the_corner(seed):
+    rng = np.random.default_rng(seed)
+    sigma, angle = 0.02, rng.uniform(0.0, 2.2, (3, 400))
+    radius = np.array([[1.0], [1.13], [1.26]])  # 6.5 sigma apart
+    arcs = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+    answer = reconstruct(arcs.reshape(-1, 2) + sigma * rng.normal(size=(1200, 2)))
+    assert topology(answer) == [False] * 3
+    assert not answer.crossings
+
+
 # ---------------------------------------------------------------- the evidence
 
 

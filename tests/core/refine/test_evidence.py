@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from core.refine.evidence import bending, description_length
+from core.refine.evidence import bending, description_length, typical_curvature
 from core.refine.polyline import Polyline
 from tests.core.shapes import arc, in_space, line
 
@@ -208,3 +208,30 @@ def test_outliers_cost_as_much_as_their_share_makes_them_likely():
     share = 2000 / 11000
     own = -1000 * np.log(share / 4.0**2) - 9000 * np.log((1 - share) / 0.9) - 1000 * np.log(share / 0.1)
     assert more == pytest.approx(own, rel=0.03)
+
+
+def test_uneven_density_is_no_reason_to_leave_a_sparse_stretch():
+    """Half a ring has a tenth of the samples: the whole ring must tell them better than the dense half."""
+    dense, sparse = arc(1000, SIGMA, turn=np.pi, seed=1), -arc(100, SIGMA, turn=np.pi, seed=2)
+    points = in_space(np.concatenate([dense, sparse]))
+    whole, half = (
+        description_length(points, [c], SIGMA, 2.0, True, True, True) for c in (ring(), ring(turn=np.pi))
+    )
+    assert whole < half - 100.0
+    assert whole < description_length(points, [ring()], SIGMA, 2.0, True, True) - 100.0
+
+
+def test_even_density_is_told_as_well_with_stretches():
+    points = in_space(arc(2000, SIGMA, seed=3))
+    even, uneven = (description_length(points, [ring()], SIGMA, 2.0, True, True, u) for u in (False, True))
+    assert abs(even - uneven) < 25.0  # what a dozen free densities gain by chance
+
+
+@pytest.mark.parametrize("radius", [0.5, 1.0, 4.0])
+def test_the_typical_curvature_of_circles(radius):
+    assert typical_curvature([ring(radius)], SIGMA) == pytest.approx(1.0 / radius, rel=0.02)
+
+
+def test_a_few_sharp_turns_are_not_typical():
+    square = Polyline(in_space(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])), True)
+    assert typical_curvature([square], 0.005) == pytest.approx(0.0, abs=1e-9)
