@@ -31,6 +31,7 @@ PRUNE = 2.0  # reach of a true leaf beyond its fork's disc, in its radii
 LEVELS = (1.0, 0.6, 0.3)  # factors on the tape's scale: a wide tape may hide branches; narrower ones in doubt
 SURE = 0.6  # share of balls that met curvature
 DOUBT = 0.03  # share of samples left over
+HOPELESS = 0.2  # nats a sample by which a tape is too bad to be worth reconnecting
 CLEARLY = 10.0  # nats by which a later tape must be better
 NEAR = 3.0  # in sigma: samples of an edge
 CLEAN_CHORD = 0.25  # of the noise that makes no difference to a tape: none to a chord between samples
@@ -107,7 +108,8 @@ def solve_tape(
     sure = bool(np.mean(scale.balls.interior[scale.balls.found]) > SURE) or choices.smallness.f_l is not None
     for level in LEVELS if levels is None else levels:
         scaled = replace(choices, smallness=replace(choices.smallness, level=level))
-        one = _once(sample, judged, scale, extent, scaled)
+        hopeless = np.inf if best is None else best.nats + HOPELESS * len(judged.points)
+        one = _once(sample, judged, scale, extent, scaled, hopeless)
         if one is not None and (best is None or one.nats < best.nats - CLEARLY):
             best = one
         if levels is None and (
@@ -127,7 +129,10 @@ def has_no_width(scale: Scale) -> bool:
     return scale.sigma * scale.density < CLEAN
 
 
-def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: Choices) -> Taped | None:
+def _once(
+    sample: Sample, judged: Sample, scale: Scale, extent: float, choices: Choices, hopeless: float = np.inf
+) -> Taped | None:
+    """One scale; None where there are no curves, or such that reconnections will not make good."""
     typical = max(scale.sigma, CLEAN / scale.density)
     sigma = typical * choices.smallness.level
     # Sorted: lines and rings then begin at the same places whatever the order of the samples.
@@ -145,6 +150,8 @@ def _once(sample: Sample, judged: Sample, scale: Scale, extent: float, choices: 
         return None
     radius = scale.radius * float(np.sqrt(choices.smallness.level))
     curves = _rejoined(sample, judged, curves, sigma, scale, radius)
+    if description_length(judged.points, curves, sigma, extent, flat=True) > hopeless:
+        return None
     curves, doubts = reconnected(sample, curves, sigma, scale, extent)
     if any(not line.closed for line in curves):  # crossings that come right may bring ends together
         curves = _rejoined(sample, judged, curves, sigma, scale, radius)
