@@ -34,9 +34,10 @@ def hairpins(line: Polyline, sigma: float) -> list[float]:
         Noise about it.
     """
     length = line.length
-    if not sigma > 0.0 or length < 4.0 * WINDOW * sigma:
+    # With so little noise ends of neighbouring branches are not mistaken for a turn.
+    if not length / MOST_STATIONS < STEP * sigma < 0.25 * length / WINDOW:
         return []
-    count = int(min(length / (STEP * sigma), MOST_STATIONS))
+    count = int(length / (STEP * sigma))
     step = length / count
     s = np.arange(count + (0 if line.closed else 1)) * step
     x = line.at(s)
@@ -94,7 +95,7 @@ def without(line: Polyline, places: Sequence[float], sigma: float) -> list[Polyl
         bounds = [-gap, *places, length + gap]
         spans = [(a + gap, b - gap) for a, b in itertools.pairwise(bounds)]
     return [
-        Polyline(line.at(np.linspace(low, high, max(int((high - low) / sigma), 8))), False)
+        Polyline(line.at(np.linspace(low, high, int(np.clip((high - low) / sigma, 8, MOST_STATIONS)))), False)
         for low, high in spans
         if high - low > LEAST_PIECE * sigma
     ]

@@ -46,7 +46,7 @@ def test_corners_are_no_hairpins():
     assert hairpins(square, 0.01) == []
 
 
-@pytest.mark.parametrize("sigma", [0.0, 1.0])
+@pytest.mark.parametrize("sigma", [0.0, 1e-300, 1e-9, 1.0])
 def test_without_noise_or_in_nothing_but_noise_there_are_none(sigma):
     assert hairpins(hairpin(0.1), sigma) == []
 
