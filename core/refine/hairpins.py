@@ -18,6 +18,8 @@ __all__ = ["hairpins", "without"]
 
 WINDOW = 12.0  # in sigma: half the length within which a hairpin turns
 TURN = 2.6  # radians
+PARALLEL = 0.75  # of the distance at the window's ends, half way to the turn
+APART = 3.0  # in sigma: nearer branches are one to the eye
 STEP = 1.0  # in sigma
 GAP = 5.0  # in sigma: half of what is taken out
 MOST_STATIONS = 20_000
@@ -53,7 +55,26 @@ def hairpins(line: Polyline, sigma: float) -> list[float]:
     else:
         return []
     turn = np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)), np.float64)
-    return _apart(np.asarray(at, np.float64), turn, 2.0 * WINDOW * sigma, length if line.closed else np.inf)
+    found = _apart(np.asarray(at, np.float64), turn, 2.0 * WINDOW * sigma, length if line.closed else np.inf)
+    middles = [_middle(line, place, WINDOW * sigma) for place in found]
+    return [place for place in middles if _is_parallel(line, place, WINDOW * sigma)]
+
+
+def _middle(line: Polyline, place: float, reach: float) -> float:
+    """Where near a place the branches either side are nearest to each other: the turn's middle."""
+    places = place + np.linspace(-0.5, 0.5, 25) * reach
+    return float(places[np.argmin(_width(line, places, reach))])
+
+
+def _is_parallel(line: Polyline, place: float, reach: float) -> bool:
+    """Whether the branches run side by side, unlike those of a sharp corner."""
+    near, far = (float(_width(line, np.array([place]), r)[0]) for r in (0.5 * reach, reach))
+    return near > max(PARALLEL * far, APART / WINDOW * reach)
+
+
+def _width(line: Polyline, places: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
+    """Distance between the stations so far before and behind each place."""
+    return np.asarray(np.linalg.norm(line.at(places + reach) - line.at(places - reach), axis=1))
 
 
 def _directions(edge: NDArray[np.float64], width: int, closed: bool) -> NDArray[np.float64]:

@@ -71,6 +71,12 @@ def test_each_component_has_a_decision_of_its_own():
     assert "components are by" in answer.reason
 
 
+@pytest.mark.parametrize("name", ["airfoil", "star", "naca"])
+def test_sharp_tips_stay_closed(name):
+    sample = point_set(name, n=1500, seed=0)
+    assert scored(reconstruct(sample.points), sample).topology_right
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_ends_side_by_side_are_not_joined_round_the_corner(seed):
     rng = np.random.default_rng(seed)

@@ -41,6 +41,13 @@ def test_wide_turns_are_no_hairpins(radius):
     assert hairpins(Polyline(circle[:200], False), SIGMA) == []
 
 
+@pytest.mark.parametrize("degrees", [15.0, 25.0, 36.0])
+def test_sharp_tips_are_no_hairpins(degrees):
+    half = np.radians(degrees / 2)
+    sides = np.array([[np.cos(half), np.sin(half)], [0.0, 0.0], [np.cos(half), -np.sin(half)]])
+    assert hairpins(Polyline(in_space(sides), False), 0.01) == []
+
+
 def test_corners_are_no_hairpins():
     square = Polyline(in_space(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])), True)
     assert hairpins(square, 0.01) == []
