@@ -106,14 +106,14 @@ def weighed(one: Prepared, parameters: ReconstructParameters) -> list[Weighed]:
     if _is_doubtful(one, weighed):
         found += _run(one, parameters, FACTORS, LEVELS)
         weighed = _weighed(one, found)
-    cut = [(each.method, other) for each in weighed for other in hairpins_cut(one, each.candidate)]
+    cut = [_found(one, each.method, other) for each in weighed for other in hairpins_cut(one, each.candidate)]
     if cut:
         found += cut
         weighed = _weighed(one, found)
     if all(each.candidate.leaves_too_many for each in weighed):
         linked = by_neighbours(one)
         if linked is not None:
-            weighed = _weighed(one, [*found, ("pca", linked)])
+            weighed = _weighed(one, [*found, _found(one, "pca", linked)])
     best = {each.method: each for each in reversed(weighed)}
     return sorted(best.values(), key=lambda each: each.nats)
 
@@ -123,14 +123,20 @@ def _run(
     parameters: ReconstructParameters,
     factors: Sequence[float] | None,
     levels: Sequence[float] | None,
-) -> list[tuple[Method, Candidate]]:
-    """Each method's curves, where it finds any."""
+) -> list[Weighed]:
+    """Each method's curves, where it finds any, yet to be weighed."""
     found: list[tuple[Method, Candidate | None]] = []
     if parameters.method != "skeleton" or not one.frame.flat:
         found.append(("pca", by_march(one, parameters, factors)))
     if parameters.method != "pca" and one.frame.flat:
         found.append(("skeleton", by_tape(one, parameters, levels)))
-    return [(method, each) for method, each in found if each is not None]
+    return [_found(one, method, each) for method, each in found if each is not None]
+
+
+def _found(one: Prepared, method: Method, candidate: Candidate) -> Weighed:
+    """What a candidate shows by itself; its nats depend on the others too."""
+    met = len(crossings(candidate.refined.curves)) if one.frame.flat else 0
+    return Weighed(method, candidate, np.inf, met, _largest_gap(candidate))
 
 
 def _is_doubtful(one: Prepared, found: Sequence[Weighed]) -> bool:
@@ -146,14 +152,14 @@ def _is_doubtful(one: Prepared, found: Sequence[Weighed]) -> bool:
     )
 
 
-def _weighed(one: Prepared, found: Sequence[tuple[Method, Candidate]]) -> list[Weighed]:
+def _weighed(one: Prepared, found: Sequence[Weighed]) -> list[Weighed]:
     """Weigh candidates on the same samples, those of clumps of outliers left out; the best one first."""
     few = one.sample.few
     judged = few[spread_subsample(few, JUDGED)]
-    for clump in (clump for _, candidate in found for clump in candidate.clumps):
+    for clump in (clump for each in found for clump in each.candidate.clumps):
         judged = judged[np.linalg.norm(judged - clump.centre, axis=1) > clump.radius]
-    curvature = _typical_curvature(one, [candidate for _, candidate in found])
-    weighed = [_weigh(one, method, each, judged, curvature) for method, each in found]
+    curvature = _typical_curvature(one, [each.candidate for each in found])
+    weighed = [replace(each, nats=_nats(one, each.candidate, judged, curvature)) for each in found]
     return sorted(weighed, key=lambda each: each.nats)
 
 
@@ -164,7 +170,8 @@ def _typical_curvature(one: Prepared, candidates: Sequence[Candidate]) -> float:
     return smoothest if one.scale is None else min(smoothest, one.scale.curvature)
 
 
-def _weigh(one: Prepared, method: Method, candidate: Candidate, judged: Floats, curvature: float) -> Weighed:
+def _nats(one: Prepared, candidate: Candidate, judged: Floats, curvature: float) -> float:
+    """Length of the description of the judged samples by a candidate's curves."""
     refined = candidate.refined
     lines = refined.curves
     nats = description_length(
@@ -172,9 +179,7 @@ def _weigh(one: Prepared, method: Method, candidate: Candidate, judged: Floats, 
     )
     ends = sum(2 for line in lines if not line.closed)
     nats += (COST_OF_CURVE * len(lines) + COST_OF_END * ends) * float(np.log(len(judged) + 1.0))
-    nats += BENDING * bending(lines, refined.sigma, curvature)
-    met = len(crossings(lines)) if one.frame.flat else 0
-    return Weighed(method, candidate, nats, met, _largest_gap(candidate))
+    return nats + BENDING * bending(lines, refined.sigma, curvature)
 
 
 def _largest_gap(candidate: Candidate) -> float:
