@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import Delaunay
 
-import core.methods
+import core.componentwise
+import core.prepared
 import core.tape.solve
 import core.tape.tape
 from benchmarks.goals import Goal
@@ -47,8 +48,8 @@ _ABOUT_CAP = (
 
 # Where each stage is called from: there the stopwatch takes its place.
 _CALLS: tuple[tuple[ModuleType, str, str], ...] = (
-    (core.methods, "_partition", "partition"),
-    (core.methods, "estimate_scale", "partition"),
+    (core.componentwise, "partition", "partition"),
+    (core.prepared, "estimate_scale", "partition"),
     (core.tape.tape, "triangulate", "delaunay"),
     (core.tape.solve, "approximate_tape", "tape"),
     (core.tape.solve, "skeleton_of", "skeleton"),

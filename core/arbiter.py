@@ -21,6 +21,7 @@ from core.cloud.sampling import spread_subsample
 from core.diagnosis.gaps import longest_gap
 from core.parameters import ReconstructParameters
 from core.prepared import Prepared
+from core.progress import Progress, tell, within
 from core.refine.crossings import crossings
 from core.refine.evidence import bending, description_length, typical_curvature
 from core.results import Evidence
@@ -42,6 +43,8 @@ EXPLAINED = 0.95  # share of the samples
 ALIKE = 5.0  # nats that make no difference
 SAFE = 9.0  # added to ln N: gaps of as many mean distances are no chance
 FACTORS = (0.6, 0.85)  # on the march's radii, in doubt
+FIRST, AGAIN = 0.45, 0.9  # fractions of the work after which first candidates, and more of them, are there
+MARCHED = 0.4  # fraction of it that is the march's
 LEVELS = (0.8, 0.6, 0.45)  # of the tape's scale, in doubt
 
 
@@ -73,15 +76,18 @@ class Weighed:
         return closed, len(self.candidate.refined.curves) - closed, self.crossings
 
 
-def arbitrated(one: Prepared, parameters: ReconstructParameters) -> Solved | None:
+def arbitrated(
+    one: Prepared, parameters: ReconstructParameters, progress: Progress | None = None
+) -> Solved | None:
     """Reconstruct one component by the method that it calls for; None where nothing lines up.
 
     Parameters
     ----------
     one : Prepared
     parameters : ReconstructParameters
+    progress : Progress, optional
     """
-    found = weighed(one, parameters)
+    found = weighed(one, parameters, progress)
     if not found:
         return None
     best = found[0]
@@ -90,7 +96,9 @@ def arbitrated(one: Prepared, parameters: ReconstructParameters) -> Solved | Non
     return replace(read.solved(one), method=best.method, evidence=evidence)
 
 
-def weighed(one: Prepared, parameters: ReconstructParameters) -> list[Weighed]:
+def weighed(
+    one: Prepared, parameters: ReconstructParameters, progress: Progress | None = None
+) -> list[Weighed]:
     """Run the methods that a component calls for, and weigh what they find; the better one first.
 
     Where the methods find curves of different shape, or what they find alike is doubtful, both are tried
@@ -100,11 +108,14 @@ def weighed(one: Prepared, parameters: ReconstructParameters) -> list[Weighed]:
     ----------
     one : Prepared
     parameters : ReconstructParameters
+    progress : Progress, optional
     """
-    found = _run(one, parameters, None, None)
+    found = _run(one, parameters, None, None, within(progress, 0.0, FIRST))
+    tell(progress, FIRST, "weighing the candidates")
     weighed = _weighed(one, found)
     if _is_doubtful(one, weighed):
-        found += _run(one, parameters, FACTORS, LEVELS)
+        found += _run(one, parameters, FACTORS, LEVELS, within(progress, FIRST, AGAIN, "in doubt, "))
+        tell(progress, AGAIN, "weighing more candidates")
         weighed = _weighed(one, found)
     cut = [_found(one, each.method, other) for each in weighed for other in hairpins_cut(one, each.candidate)]
     if cut:
@@ -123,13 +134,14 @@ def _run(
     parameters: ReconstructParameters,
     factors: Sequence[float] | None,
     levels: Sequence[float] | None,
+    progress: Progress | None,
 ) -> list[Weighed]:
     """Each method's curves, where it finds any, yet to be weighed."""
     found: list[tuple[Method, Candidate | None]] = []
     if parameters.method != "skeleton" or not one.frame.flat:
-        found.append(("pca", by_march(one, parameters, factors)))
+        found.append(("pca", by_march(one, parameters, factors, within(progress, 0.0, MARCHED))))
     if parameters.method != "pca" and one.frame.flat:
-        found.append(("skeleton", by_tape(one, parameters, levels)))
+        found.append(("skeleton", by_tape(one, parameters, levels, within(progress, MARCHED, 1.0))))
     return [_found(one, method, each) for method, each in found if each is not None]
 
 

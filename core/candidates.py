@@ -17,6 +17,7 @@ from core.march.fragments import Pace
 from core.march.solve import Marched, solve_march
 from core.parameters import PcaParameters, SkeletonParameters
 from core.prepared import Prepared
+from core.progress import Progress, tell
 from core.refine.blobs import is_blob
 from core.refine.hairpins import hairpins, without
 from core.refine.polyline import Polyline
@@ -35,6 +36,7 @@ LEAST_EXPLAINED = 0.9  # share of samples on the found curves, below which neigh
 CUTS = {"auto": CUT, "keep": 5.0, "reject": 3.0}  # in sigma
 FEW_CUTS = 4
 AROUND = 2.0  # in sigma: how far a clump reaches beyond the curve through it
+BEGUN = 0.5  # fraction of a method's work after which its curves are there, and to be refined
 TOUCHING = 4.0  # in sigma: a curve that ends this near another ends on it
 
 
@@ -91,7 +93,10 @@ class Candidate:
 
 
 def by_march(
-    one: Prepared, parameters: PcaParameters, factors: Sequence[float] | None = None
+    one: Prepared,
+    parameters: PcaParameters,
+    factors: Sequence[float] | None = None,
+    progress: Progress | None = None,
 ) -> Candidate | None:
     """Curves by the PCA march (§4.2); None where nothing lines up.
 
@@ -101,6 +106,7 @@ def by_march(
     parameters : PcaParameters
     factors : sequence of float, optional
         On the local radius, all of which are tried.
+    progress : Progress, optional
     """
     if one.scale is None:
         return None
@@ -114,13 +120,18 @@ def by_march(
         estimator=parameters.estimator,
         seed=parameters.seed,
     )
+    tell(progress, 0.0, "marching")
     marched = solve_march(one.once, pace, factors)
+    tell(progress, BEGUN, "refining the march")
     refined, clumps = _refined(one, marched.curves, one.scale.sigma)
     return None if refined is None else Candidate(refined, march=marched, clumps=clumps)
 
 
 def by_tape(
-    one: Prepared, parameters: SkeletonParameters, levels: Sequence[float] | None = None
+    one: Prepared,
+    parameters: SkeletonParameters,
+    levels: Sequence[float] | None = None,
+    progress: Progress | None = None,
 ) -> Candidate | None:
     """Curves by the tape polygon and its skeleton (§4.3 - 4.5), straight through crossings.
 
@@ -133,6 +144,7 @@ def by_tape(
     parameters : SkeletonParameters
     levels : sequence of float, optional
         Factors on the tape's scale, all of which are tried.
+    progress : Progress, optional
     """
     if one.scale is None:
         return None
@@ -141,9 +153,11 @@ def by_tape(
         parameters.resample / one.frame.scale if parameters.resample else None,
         parameters.prune,
     )
+    tell(progress, 0.0, "building the tape")
     taped = solve_tape(one.once, one.scale, one.extent, choices, levels)
     if taped is None:
         return None
+    tell(progress, BEGUN, "refining the skeleton")
     refined, clumps = _refined(one, taped.curves, taped.sigma)
     return None if refined is None else Candidate(refined, tape=taped, clumps=clumps)
 

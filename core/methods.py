@@ -9,7 +9,7 @@ learns about the samples, without the last pass over all of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,16 +19,15 @@ from core.arbiter import arbitrated, overall
 from core.candidates import Candidate, by_march, by_neighbours, by_tape, crossings_read
 from core.cloud.partition import partition as _partition
 from core.cloud.points import as_points
-from core.errors import DegenerateInput
+from core.componentwise import Componentwise
 from core.parameters import (
-    CommonParameters,
     PartitionParameters,
     PcaParameters,
     ReconstructParameters,
     SkeletonParameters,
 )
-from core.prepared import Prepared, prepared
-from core.refine.blobs import is_blob
+from core.prepared import Prepared
+from core.progress import Progress, tell, within
 from core.refine.evidence import description_length
 from core.report import diagnosis_of, report
 from core.results import Diagnosis, Partition, Reconstruction
@@ -39,27 +38,38 @@ __all__ = ["diagnose", "partition", "pca", "reconstruct", "skeleton"]
 
 Floats = NDArray[np.float64]
 
-LEAST_POINTS = 6
+TAPED = 0.7  # fraction of the skeleton's work after which it is weighed against the march
 
 
-def partition(points: ArrayLike, parameters: PartitionParameters | None = None) -> Partition:
+def partition(
+    points: ArrayLike, parameters: PartitionParameters | None = None, *, progress: Progress | None = None
+) -> Partition:
     """Partition a point set into extended neighbours (§3.3).
 
     Parameters
     ----------
     points : array_like, (N, 2) or (N, 3)
     parameters : PartitionParameters, optional
+    progress : Progress, optional
+        Told how far it has come.
 
     Raises
     ------
     InvalidPoints
         When the shape, the type or a value is wrong.
     """
-    return _partition(as_points(points), parameters or PartitionParameters())
+    tell(progress, 0.0, "partitioning")
+    parts = _partition(as_points(points), parameters or PartitionParameters())
+    tell(progress, 1.0, "done")
+    return parts
 
 
 def pca(
-    points: ArrayLike, parameters: PcaParameters | None = None, *, stages: bool = False
+    points: ArrayLike,
+    parameters: PcaParameters | None = None,
+    *,
+    stages: bool = False,
+    progress: Progress | None = None,
 ) -> Reconstruction:
     """Reconstruct curves by the PCA march (§4.2).
 
@@ -71,6 +81,8 @@ def pca(
         By default everything follows from the data.
     stages : bool
         Whether to return the balls and the raw march as well.
+    progress : Progress, optional
+        Told how far it has come.
 
     Raises
     ------
@@ -81,13 +93,15 @@ def pca(
     DegenerateInput
         When the points determine no curve.
     """
-    points, parameters = as_points(points), parameters or PcaParameters()
-    parts, solved = _solve(points, parameters, lambda one: _marched(one, parameters))
-    return report("pca", "the PCA march was asked for", points, parts, solved, stages)
+    return PCA(points, parameters, stages=stages, progress=progress)
 
 
 def skeleton(
-    points: ArrayLike, parameters: SkeletonParameters | None = None, *, stages: bool = False
+    points: ArrayLike,
+    parameters: SkeletonParameters | None = None,
+    *,
+    stages: bool = False,
+    progress: Progress | None = None,
 ) -> Reconstruction:
     """Reconstruct curves by the tape polygon and its skeleton (§4.3 - 4.5).
 
@@ -99,6 +113,8 @@ def skeleton(
         By default everything follows from the data.
     stages : bool
         Whether to return triangles, border and raw skeleton as well (Figs. 5 and 10).
+    progress : Progress, optional
+        Told how far it has come.
 
     Raises
     ------
@@ -109,13 +125,15 @@ def skeleton(
     DegenerateInput
         When the points determine no curve.
     """
-    points, parameters = as_points(points), parameters or SkeletonParameters()
-    parts, solved = _solve(points, parameters, lambda one: _taped(one, parameters))
-    return report("skeleton", "the skeleton was asked for", points, parts, solved, stages)
+    return SKELETON(points, parameters, stages=stages, progress=progress)
 
 
 def reconstruct(
-    points: ArrayLike, parameters: ReconstructParameters | None = None, *, stages: bool = False
+    points: ArrayLike,
+    parameters: ReconstructParameters | None = None,
+    *,
+    stages: bool = False,
+    progress: Progress | None = None,
 ) -> Reconstruction:
     """Reconstruct curves by the method that each component calls for.
 
@@ -127,6 +145,8 @@ def reconstruct(
         By default everything follows from the data.
     stages : bool
         Whether to return the intermediate results of the answer's ``method`` as well.
+    progress : Progress, optional
+        Told how far it has come.
 
     Returns
     -------
@@ -143,13 +163,12 @@ def reconstruct(
     DegenerateInput
         When the points determine no curve.
     """
-    points, parameters = as_points(points), parameters or ReconstructParameters()
-    parts, solved = _solve(points, parameters, lambda one: arbitrated(one, parameters))
-    method, reason = overall(solved)
-    return report(method, reason, points, parts, solved, stages)
+    return RECONSTRUCT(points, parameters, stages=stages, progress=progress)
 
 
-def diagnose(points: ArrayLike, parameters: ReconstructParameters | None = None) -> Diagnosis:
+def diagnose(
+    points: ArrayLike, parameters: ReconstructParameters | None = None, *, progress: Progress | None = None
+) -> Diagnosis:
     """Tell noise, density and Nyquist compliance of a point set (§1), and which method it calls for.
 
     Curves are found as in :func:`reconstruct`, but refined with at most 20 000 samples of each component.
@@ -158,6 +177,8 @@ def diagnose(points: ArrayLike, parameters: ReconstructParameters | None = None)
     ----------
     points : array_like, (N, 2) or (N, 3)
     parameters : ReconstructParameters, optional
+    progress : Progress, optional
+        Told how far it has come.
 
     Raises
     ------
@@ -168,65 +189,20 @@ def diagnose(points: ArrayLike, parameters: ReconstructParameters | None = None)
     DegenerateInput
         When the points determine no curve.
     """
-    points, parameters = as_points(points), parameters or ReconstructParameters()
-    parts, solved = _solve(points, parameters, lambda one: arbitrated(replace(one, hasty=True), parameters))
-    method, reason = overall(solved)
-    return diagnosis_of(method, reason, points, parts, solved)
+    return DIAGNOSE(points, parameters, progress=progress)
 
 
-def _solve(
-    points: Floats, parameters: CommonParameters, method: Callable[[Prepared], Solved | None]
-) -> tuple[Partition, list[Solved]]:
-    """Partition the points, and solve each component."""
-    _require_enough(points)
-    parts = _partition(points, parameters)
-    solved = []
-    for component in parts.components:
-        members = np.flatnonzero(parts.labels == component.label)
-        one = method(prepared(points[members], members, component, parameters))
-        if one is not None:
-            solved.append(one)
-    if not solved:
-        raise DegenerateInput(
-            "No curve can be seen in these points: nowhere do enough of them line up. "
-            "Give more points, or a larger epsilon.",
-            ("points",),
-        )
-    return parts, _without_clumps(solved)
-
-
-def _without_clumps(solved: list[Solved]) -> list[Solved]:
-    """Leave out components that are but clumps of outliers, unless all are: their samples are outliers."""
-    clump = [
-        all(is_blob(one.points, line, one.refined.sigma, one.frame.flat) for line in one.refined.curves)
-        for one in solved
-    ]
-    if all(clump):
-        return solved
-    return [one for one, left_out in zip(solved, clump, strict=True) if not left_out]
-
-
-def _require_enough(points: Floats) -> None:
-    if (
-        len(np.unique(points[: 4 * LEAST_POINTS], axis=0)) < LEAST_POINTS
-        and len(np.unique(points, axis=0)) < LEAST_POINTS
-    ):
-        raise DegenerateInput(
-            f"A curve needs at least {LEAST_POINTS} distinct points; there are fewer.", ("points",)
-        )
-
-
-def _marched(one: Prepared, parameters: PcaParameters) -> Solved | None:
+def _marched(one: Prepared, parameters: PcaParameters, progress: Progress | None) -> Solved | None:
     """One component by the PCA march; linked neighbours where it leaves too many samples."""
-    candidate = by_march(one, parameters)
+    candidate = by_march(one, parameters, progress=progress)
     if candidate is None or candidate.leaves_too_many:
         candidate = by_neighbours(one) or candidate
     return None if candidate is None else candidate.solved(one)
 
 
-def _taped(one: Prepared, parameters: SkeletonParameters) -> Solved | None:
+def _taped(one: Prepared, parameters: SkeletonParameters, progress: Progress | None) -> Solved | None:
     """One component by its skeleton; the march stands in where there is no tape, or hardly one."""
-    candidate = by_tape(one, parameters)
+    candidate = by_tape(one, parameters, progress=within(progress, 0.0, TAPED))
     tape = candidate.tape if candidate else None
     if candidate is None or candidate.leaves_too_many:
         linked = by_neighbours(one)
@@ -235,7 +211,8 @@ def _taped(one: Prepared, parameters: SkeletonParameters) -> Solved | None:
         ):
             candidate = linked
     if candidate is None or candidate.leaves_too_many or (one.scale and has_no_width(one.scale)):
-        rival = by_march(one, PcaParameters(outliers=parameters.outliers, seed=parameters.seed))
+        asked = PcaParameters(outliers=parameters.outliers, seed=parameters.seed)
+        rival = by_march(one, asked, progress=within(progress, TAPED, 1.0))
         if rival is not None and (candidate is None or _is_better(one, rival, candidate)):
             candidate = rival
     if candidate is None:
@@ -251,3 +228,38 @@ def _is_better(one: Prepared, rival: Candidate, candidate: Candidate) -> bool:
         for each in (candidate, rival)
     )
     return wished < told - CLEARLY
+
+
+def _hastily(one: Prepared, parameters: ReconstructParameters, progress: Progress | None) -> Solved | None:
+    """One component by either method, refined with a part of its samples."""
+    return arbitrated(replace(one, hasty=True), parameters, progress)
+
+
+def _marches(
+    points: Floats, parts: Partition, solved: Sequence[Solved], *, stages: bool = False
+) -> Reconstruction:
+    return report("pca", "the PCA march was asked for", points, parts, solved, stages)
+
+
+def _skeletons(
+    points: Floats, parts: Partition, solved: Sequence[Solved], *, stages: bool = False
+) -> Reconstruction:
+    return report("skeleton", "the skeleton was asked for", points, parts, solved, stages)
+
+
+def _chosen(
+    points: Floats, parts: Partition, solved: Sequence[Solved], *, stages: bool = False
+) -> Reconstruction:
+    method, reason = overall(solved)
+    return report(method, reason, points, parts, solved, stages)
+
+
+def _diagnosed(points: Floats, parts: Partition, solved: Sequence[Solved]) -> Diagnosis:
+    method, reason = overall(solved)
+    return diagnosis_of(method, reason, points, parts, solved)
+
+
+PCA = Componentwise(PcaParameters, _marched, _marches)
+SKELETON = Componentwise(SkeletonParameters, _taped, _skeletons)
+RECONSTRUCT = Componentwise(ReconstructParameters, arbitrated, _chosen)
+DIAGNOSE = Componentwise(ReconstructParameters, _hastily, _diagnosed)

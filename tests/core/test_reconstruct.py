@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from core.arbiter import arbitrated
 from core.errors import DegenerateInput, InvalidParameter, InvalidPoints, TapelineError
-from core.methods import _solve, diagnose, pca, reconstruct, skeleton
+from core.methods import diagnose, partition, pca, reconstruct, skeleton
 from core.parameters import PcaParameters, ReconstructParameters, SkeletonParameters
+from core.prepared import prepared
 from core.report import report
 from core.truth import oracle_rms, point_set
 from tests.core.answers import assert_sound, moved_back, same_curves, scored, topology
@@ -126,7 +127,10 @@ def test_gaps_that_independent_samples_leave_are_closed():
 def test_methods_that_disagree_within_a_few_nats_are_told():
     points = arc(400, 0.02)
     parameters = ReconstructParameters()
-    parts, (one,) = _solve(points, parameters, lambda each: arbitrated(each, parameters))
+    parts = partition(points)
+    (component,) = parts.components
+    members = np.flatnonzero(parts.labels == 0)
+    one = arbitrated(prepared(points[members], members, component, parameters), parameters)
     chosen, other = one.evidence
     crossed = replace(other, crossings=other.crossings + 1, nats=1.0)
     doubtful = replace(one, evidence=(chosen, crossed))
