@@ -30,12 +30,24 @@ from service.settings import Settings
 if TYPE_CHECKING:
     from service.intake import ErrorItem, Submission
 
-__all__ = ["main"]
+__all__ = ["WORKER_SETTINGS", "main"]
 
 _WRONG_INPUT = 2
 _FAILED = 1
 _INTERRUPTED = 130  # the shells' way of saying SIGINT
 _UNLIMITED = 2**60
+WORKER_SETTINGS = (
+    "database_url",
+    "store_url",
+    "data_dir",
+    "job_workers",
+    "job_seconds",
+    "job_memory",
+    "keep_seconds",
+    "keep_bytes",
+    "log_level",
+)
+"""Settings that concern a process which computes jobs."""
 _EXAMPLE_FORMS = ("csv", "json", "npy")
 _MAGIC = ((b"\x93NUMPY", "application/x-npy"), (b"{", "application/json"), (b"", "text/csv"))
 _GZIP = b"\x1f\x8b"
@@ -88,6 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"tapeline {_version()}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     _add_serve(commands)
+    _add_worker(commands)
     for command, methods in _commands(PROCESSES).items():
         _add_process(commands, command, methods)
     _add_examples(commands)
@@ -116,6 +129,17 @@ def _add_serve(commands: Any) -> None:
     for name, field in Settings.model_fields.items():
         _add_option(parser, name, field)
     parser.set_defaults(run=_serve)
+
+
+def _add_worker(commands: Any) -> None:
+    text = (
+        "Compute jobs that servers have taken, on this machine or another: they find each other by the "
+        "database, and share a store. What is not given here comes from the environment (TAPELINE_…) or .env."
+    )
+    parser = commands.add_parser("worker", help="compute jobs", description=text, allow_abbrev=False)
+    for name in WORKER_SETTINGS:
+        _add_option(parser, name, Settings.model_fields[name])
+    parser.set_defaults(run=_work)
 
 
 def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> None:
@@ -248,15 +272,28 @@ def _given(options: argparse.Namespace, names: Iterable[str]) -> dict[str, str]:
 # --- the commands ---------------------------------------------------------------------------------
 
 
-def _serve(options: argparse.Namespace) -> None:
+def _settings(options: argparse.Namespace, names: Iterable[str]) -> Settings:
     try:
-        settings = Settings(**_given(options, Settings.model_fields))  # type: ignore[arg-type] # text, which it converts
+        return Settings(**_given(options, names))  # type: ignore[arg-type] # text, which it converts
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         raise _UsageError(f"{_option(str(first['loc'][0]))}: {first['msg']}") from None
+
+
+def _serve(options: argparse.Namespace) -> None:
+    settings = _settings(options, Settings.model_fields)
     from service.app import run  # noqa: PLC0415 # a second of imports
 
     run(settings)
+
+
+def _work(options: argparse.Namespace) -> None:
+    settings = _settings(options, WORKER_SETTINGS)
+    if not settings.job_workers:
+        raise _UsageError("--job-workers: a worker computes at least one job at a time")
+    from service.jobs.keeper import compute  # noqa: PLC0415 # a second of imports
+
+    compute(settings)
 
 
 def _compute(options: argparse.Namespace) -> None:

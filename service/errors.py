@@ -4,7 +4,13 @@
 
     ServiceError
     ├── NotFound            there is nothing of that name
+    │   └── NoSuchProcess       in the words of OGC API – Processes
+    ├── ResultNotReady      the job is not finished
+    │   └── ExecutionNotReady   the same of a job ordered through OGC API – Processes
+    ├── JobDismissed        the job was dismissed: it has no result
+    ├── KeyReused           an idempotency key came with another request
     ├── NotReady            no worker is warm yet
+    ├── JobsUnavailable     the database of jobs cannot be reached
     ├── QueueFull           as many requests wait as may wait
     ├── DeadlineExceeded    waiting and computing took longer than is allowed
     ├── WorkerLost          the worker process died under the request, twice
@@ -18,9 +24,15 @@ from __future__ import annotations
 
 __all__ = [
     "DeadlineExceeded",
+    "ExecutionNotReady",
+    "JobDismissed",
+    "JobsUnavailable",
+    "KeyReused",
+    "NoSuchProcess",
     "NotFound",
     "NotReady",
     "QueueFull",
+    "ResultNotReady",
     "ServiceError",
     "TaskFailed",
     "WorkerLost",
@@ -48,8 +60,32 @@ class NotFound(ServiceError):
     """There is nothing of that name."""
 
 
+class NoSuchProcess(NotFound):
+    """There is no process of that name; the standard prescribes the problem's type."""
+
+
+class ResultNotReady(ServiceError):
+    """The job is not finished."""
+
+
+class ExecutionNotReady(ResultNotReady):
+    """A job is not finished whose order was an execute request; the standard prescribes the type."""
+
+
+class JobDismissed(ServiceError):
+    """The job was dismissed: it has no result."""
+
+
+class KeyReused(ServiceError):
+    """An idempotency key came with another request than before."""
+
+
 class NotReady(ServiceError):
     """No worker is warm yet."""
+
+
+class JobsUnavailable(ServiceError):
+    """The database of jobs cannot be reached."""
 
 
 class QueueFull(ServiceError):

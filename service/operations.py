@@ -12,13 +12,13 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 from starlette.responses import Response
 
-from service.answers import ProblemDocument
-from service.intake import MEDIA_TYPES, submission_model
+from service.answers import ProblemDocument, ResultDocument, StatusInfo
+from service.intake import MEDIA_TYPES, execute_model, submission_model
 from service.problems import MEDIA_TYPE
 from service.processes import Process
 from service.render import FORMS
 
-__all__ = ["document", "problems", "process_operation"]
+__all__ = ["document", "execution_operation", "problems", "process_operation"]
 
 _REFERENCE = "#/components/schemas/{model}"
 _BINARY = {"type": "string", "format": "binary"}
@@ -33,7 +33,39 @@ _MEANINGS = {
     429: "Too many requests are waiting.",
     503: "The workers are not ready, the work took too long, or it was interrupted.",
 }
-_EXAMPLE = "ellipse"
+_EXAMPLE, _EXECUTION = "ellipse", "ellipse-execution"
+
+ACCEPTED: dict[str, Any] = {
+    "description": "The answer takes longer than the client waits: it comes as a job.",
+    "model": StatusInfo,
+    "headers": {
+        "Location": {"description": "Where the job is.", "schema": {"type": "string"}},
+        "Preference-Applied": {
+            "description": "Which preferences were heeded.",
+            "schema": {"type": "string"},
+        },
+    },
+}
+"""What is answered when a job is taken."""
+
+HEADERS: list[dict[str, Any]] = [
+    {
+        "name": "Prefer",
+        "in": "header",
+        "required": False,
+        "description": "`respond-async`: answer at once with a job; `wait=N`: wait N seconds for the answer "
+        "before that (RFC 7240).",
+        "schema": {"type": "string"},
+    },
+    {
+        "name": "Idempotency-Key",
+        "in": "header",
+        "required": False,
+        "description": "The same key and body give the same job, however often they are sent.",
+        "schema": {"type": "string", "maxLength": 255},
+    },
+]
+"""How a client says when it wants its answer."""
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
@@ -59,8 +91,29 @@ def process_operation(process: Process) -> dict[str, Any]:
         "summary": process.title,
         "description": process.description,
         "response_class": Response,
-        "responses": {200: _answers(process), **problems(400, 406, 413, 415, 422, 429, 503)},
-        "openapi_extra": {"requestBody": _body(process), "parameters": _query(process)},
+        "responses": {
+            200: _answers(process),
+            201: ACCEPTED,
+            **problems(400, 406, 413, 415, 422, 429, 503),
+        },
+        "openapi_extra": {
+            "requestBody": _body(process, submission_model(process.parameters, process.include)),
+            "parameters": [*_query(process), *HEADERS],
+        },
+    }
+
+
+def execution_operation(process: Process) -> dict[str, Any]:
+    """Give the keyword arguments of ``add_api_route`` that document the execution of a process."""
+    operation = process_operation(process)
+    answers = {**_answers(process), "model": process.answer | ResultDocument}
+    body = _body(process, execute_model(process.parameters, process.include))
+    return {
+        **operation,
+        "operation_id": f"execute_{operation['operation_id']}",
+        "summary": f"Execute: {process.title}",
+        "responses": {**operation["responses"], 200: answers},
+        "openapi_extra": {**operation["openapi_extra"], "requestBody": body},
     }
 
 
@@ -75,11 +128,12 @@ def _form_schema(media_type: str) -> dict[str, Any]:
     return {"type": "string"} if media_type.startswith("text/") or "xml" in media_type else _BINARY
 
 
-def _body(process: Process) -> dict[str, Any]:
+def _body(process: Process, model: type[BaseModel]) -> dict[str, Any]:
+    example = _EXECUTION if "inputs" in model.model_fields else _EXAMPLE
     special = {
         "application/json": {
-            "schema": _reference(submission_model(process.parameters, process.include)),
-            "examples": {_EXAMPLE: {"$ref": f"#/components/examples/{_EXAMPLE}"}},
+            "schema": _reference(model),
+            "examples": {example: {"$ref": f"#/components/examples/{example}"}},
         },
         "multipart/form-data": {"schema": _form(process)},
     }
@@ -142,6 +196,11 @@ def _ellipse() -> dict[str, Any]:
     return {"summary": "A noisy ellipse", "value": {"points": points}}
 
 
+def _execution() -> dict[str, Any]:
+    ellipse = _ellipse()
+    return ellipse | {"value": {"inputs": ellipse["value"], "response": "raw"}}
+
+
 def document(app: FastAPI, table: Iterable[Process]) -> dict[str, Any]:
     """Make the OpenAPI document of the application, once.
 
@@ -158,11 +217,11 @@ def document(app: FastAPI, table: Iterable[Process]) -> dict[str, Any]:
             tags=app.openapi_tags,
             routes=app.routes,
         )
-        models = [submission_model(row.parameters, row.include) for row in table] + [ProblemDocument]
+        models = [execute_model(row.parameters, row.include) for row in table] + [ProblemDocument]
         _, added = models_json_schema([(model, "validation") for model in models], ref_template=_REFERENCE)
         schemas = described.setdefault("components", {}).setdefault("schemas", {})
         schemas.update(added["$defs"])
         described["components"]["schemas"] = dict(sorted(schemas.items()))
-        described["components"]["examples"] = {_EXAMPLE: _ellipse()}
+        described["components"]["examples"] = {_EXAMPLE: _ellipse(), _EXECUTION: _execution()}
         app.openapi_schema = described
     return app.openapi_schema

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 import orjson
@@ -23,9 +23,15 @@ from starlette.types import ExceptionHandler
 from core.errors import DegenerateInput, InvalidInput, InvalidParameter, InvalidPoints
 from service.errors import (
     DeadlineExceeded,
+    ExecutionNotReady,
+    JobDismissed,
+    JobsUnavailable,
+    KeyReused,
+    NoSuchProcess,
     NotFound,
     NotReady,
     QueueFull,
+    ResultNotReady,
     ServiceError,
     TaskFailed,
     WorkerLost,
@@ -37,14 +43,23 @@ __all__ = ["HANDLERS", "MEDIA_TYPE", "TABLE", "Problem", "problem", "respond"]
 MEDIA_TYPE = "application/problem+json"
 _log = logging.getLogger("service")
 
+_OGC = "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0"
+"""Under this the standard has types of its own, where it prescribes them."""
+
 TABLE: dict[type[Exception], tuple[int, str, str]] = {
     InvalidInput: (422, "invalid-input", "The input is not valid"),
     InvalidPoints: (422, "invalid-points", "The points are not valid"),
     InvalidParameter: (422, "invalid-parameter", "A parameter is not valid"),
     DegenerateInput: (422, "degenerate-input", "The points determine no curve"),
     NotFound: (404, "not-found", "There is nothing here"),
+    NoSuchProcess: (404, f"{_OGC}/no-such-process", "There is no such process"),
+    ResultNotReady: (404, "result-not-ready", "There is no result yet"),
+    ExecutionNotReady: (404, f"{_OGC}/result-not-ready", "There is no result yet"),
+    JobDismissed: (404, "job-dismissed", "The job was dismissed"),
+    KeyReused: (422, "idempotency-key-reused", "The key belongs to another request"),
     QueueFull: (429, "queue-full", "Too many requests are waiting"),
     NotReady: (503, "not-ready", "The service is not ready yet"),
+    JobsUnavailable: (503, "jobs-unavailable", "No jobs can be taken now"),
     DeadlineExceeded: (503, "deadline-exceeded", "The answer took too long"),
     WorkerLost: (503, "worker-lost", "The computation was interrupted"),
     MemoryError: (503, "out-of-memory", "There is not enough memory for this request"),
@@ -81,6 +96,16 @@ class Problem:
     detail: str
     errors: Sequence[ErrorItem] = ()
     headers: Mapping[str, str] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Write as JSON values, for the database of jobs."""
+        return asdict(self)
+
+    @classmethod
+    def of_json(cls, told: Mapping[str, Any]) -> Problem:
+        """Read what `to_json` wrote."""
+        known = {one.name for one in fields(cls)}
+        return cls(**{name: value for name, value in told.items() if name in known})
 
 
 def problem(error: Exception, where: tuple[str, ...] = ("body",)) -> Problem:

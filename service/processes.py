@@ -7,7 +7,7 @@ scipy nor numba: only the workers resolve them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -22,7 +22,7 @@ from core.parameters import (
 )
 from service.answers import DiagnosisAnswer, PartitionAnswer, PcaAnswer, ReconstructAnswer, SkeletonAnswer
 
-__all__ = ["PROCESSES", "Process", "process"]
+__all__ = ["PROCESSES", "Process", "find", "process"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +42,13 @@ class Process:
     answer : type of BaseModel
         The JSON answer, from :mod:`service.answers`.
     function : str
-        ``module:name`` of ``function(points, parameters, **{include: bool})``.
+        ``module:name`` of ``function(points, parameters, *, progress, **{include: bool})``.
     include : frozenset of str
         Names allowed in ``include``; each is a flag of the function.
     forms : tuple of str
         Forms of the answer, the default first; keys of ``service.render.FORMS``.
+    division : str or None
+        ``module:name`` of the :class:`core.division.Division` by which large jobs fall into parts.
     """
 
     id: str
@@ -58,12 +60,17 @@ class Process:
     function: str
     include: frozenset[str] = frozenset()
     forms: tuple[str, ...] = ("json", "geojson", "csv", "svg", "png")
+    division: str | None = None
 
     def resolve(self) -> Callable[..., Any]:
         """Import the function (in a worker or in the command line, never in the web process)."""
         module, _, name = self.function.partition(":")
         function: Callable[..., Any] = getattr(import_module(module), name)
         return function
+
+    def flags(self, include: frozenset[str]) -> dict[str, bool]:
+        """Say for each part that may be included whether it shall be."""
+        return {name: name in include for name in self.include}
 
 
 class DiagnoseParameters(ReconstructParameters):
@@ -82,6 +89,7 @@ PROCESSES: tuple[Process, ...] = (
         parameters=ReconstructParameters,
         answer=ReconstructAnswer,
         function="core.methods:reconstruct",
+        division="core.divisions:RECONSTRUCT",
         include=frozenset({"stages"}),
     ),
     Process(
@@ -94,6 +102,7 @@ PROCESSES: tuple[Process, ...] = (
         parameters=DiagnoseParameters,
         answer=DiagnosisAnswer,
         function="core.methods:diagnose",
+        division="core.divisions:DIAGNOSE",
         forms=("json", "txt", "svg", "png"),
     ),
     Process(
@@ -115,6 +124,7 @@ PROCESSES: tuple[Process, ...] = (
         parameters=PcaParameters,
         answer=PcaAnswer,
         function="core.methods:pca",
+        division="core.divisions:PCA",
         include=frozenset({"stages"}),
     ),
     Process(
@@ -128,6 +138,7 @@ PROCESSES: tuple[Process, ...] = (
         parameters=SkeletonParameters,
         answer=SkeletonAnswer,
         function="core.methods:skeleton",
+        division="core.divisions:SKELETON",
         include=frozenset({"stages"}),
     ),
 )
@@ -141,7 +152,18 @@ def process(identifier: str) -> Process:
     KeyError
         When there is none.
     """
-    for row in PROCESSES:
+    return find(PROCESSES, identifier)
+
+
+def find(table: Iterable[Process], identifier: str) -> Process:
+    """Return the row of a table with this id.
+
+    Raises
+    ------
+    KeyError
+        When there is none.
+    """
+    for row in table:
         if row.id == identifier:
             return row
     raise KeyError(identifier)

@@ -19,7 +19,10 @@ def main() -> None:
     parser.add_argument("url")
     options = parser.parse_args()
     headers = dict(header.split(": ", 1) for header in options.header)
-    body = sys.stdin.buffer.read() if options.data == "@-" else (options.data or "").encode()
+    body = (options.data or "").encode()
+    if options.data and options.data.startswith("@"):
+        name = options.data[1:]
+        body = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
     method = "GET" if options.data is None else "POST"
     content = httpx.request(method, options.url, headers=headers, content=body, timeout=60).content
     if options.output:

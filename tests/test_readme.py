@@ -87,7 +87,13 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    given = {"PORT": str(port), "WORKERS": "1", "DATA_DIR": str(directory / "data"), "LOG_LEVEL": "warning"}
+    given = {
+        "PORT": str(port),
+        "WORKERS": "1",
+        "JOB_WORKERS": "1",
+        "DATA_DIR": str(directory / "data"),
+        "LOG_LEVEL": "warning",
+    }
     environment = {**os.environ, "PYTHONPATH": str(ROOT)} | {
         f"TAPELINE_{name}": value for name, value in given.items()
     }
@@ -176,7 +182,7 @@ def test_the_readings_of_crossings_are_those_of_the_core() -> None:
 
 
 def test_the_answer_is_the_one_shown(shell: Shell) -> None:
-    real = shell(block("sh", "application/json' --data-binary"))
+    real = shell(block("sh", "--data-binary @- http"))
     ReconstructAnswer.model_validate_json(real)
     (shown,) = blocks("json")
     assert_alike(json.loads(shown), json.loads(real))
@@ -210,6 +216,16 @@ def test_the_partition_is_as_drawn(shell: Shell) -> None:
     assert answer.labels == [0, 0, 0, -1]
 
 
+def test_a_job_is_ordered_followed_and_fetched_as_shown(shell: Shell) -> None:
+    title, _ = picture(shell(block("sh", "trefoil.svg")))
+    assert title.startswith("1 curve (")
+
+
+def test_a_process_is_executed_as_shown(shell: Shell) -> None:
+    answer = ReconstructAnswer.model_validate_json(shell(block("sh", "/execution")))
+    assert [curve.closed for curve in answer.curves] == [True]
+
+
 def test_the_command_line_does_what_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     commands = [shlex.split(line) for line in block("sh", "tapeline ").splitlines()]
@@ -229,8 +245,10 @@ def test_every_command_block_is_tested() -> None:
         "/diagnose",
         "double_8.svg",
         "sheet.svg",
-        "application/json' --data-binary",
+        "--data-binary @- http",
         "/partition",
+        "trefoil.svg",
+        "/execution",
         "tapeline ",
     )
     assert sorted(block("sh", word) for word in tested) == sorted(blocks("sh"))
@@ -270,7 +288,7 @@ def openapi() -> dict[str, Any]:
 
 
 def test_the_endpoints_are_those_of_the_service(openapi: dict[str, Any]) -> None:
-    listed = [code(row[0])[0] for row in table(section("Endpoints"))]
+    listed = [path for row in table(section("Endpoints")) for path in code(row[0])]
     served = [
         f"{method.upper()} {path}" for path, operations in openapi["paths"].items() for method in operations
     ]
@@ -355,7 +373,7 @@ def parameter_row(model: type[BaseModel], name: str) -> str:
 
 def setting_row(name: str, field: FieldInfo) -> str:
     """Return the row of a setting as the README must have it."""
-    default = "" if field.default_factory or field.default == () else f"`{field.default}`"
+    default = "" if field.default_factory or field.default in {(), None} else f"`{field.default}`"
     return f"| `TAPELINE_{name.upper()}` | {default} | {field.description} |"
 
 

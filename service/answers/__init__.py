@@ -7,11 +7,22 @@ tests read real answers back through them.
 
 from service.answers.base import Link
 from service.answers.examples import ExampleAnswer, ExampleList, ExampleParameters, ExampleSummary
+from service.answers.jobs import JobList, JobStatus, StatusInfo
+from service.answers.ogc import (
+    Conformance,
+    InputDescription,
+    OutputDescription,
+    ProcessDescription,
+    ProcessList,
+    ProcessSummary,
+    ResultDocument,
+)
 from service.answers.operations import ErrorItem, Health, Landing, ProblemDocument, Readiness
 from service.answers.partition import PartitionAnswer
 from service.answers.reconstruction import DiagnosisAnswer, PcaAnswer, ReconstructAnswer, SkeletonAnswer
 
 __all__ = [
+    "Conformance",
     "DiagnosisAnswer",
     "ErrorItem",
     "ExampleAnswer",
@@ -19,12 +30,21 @@ __all__ = [
     "ExampleParameters",
     "ExampleSummary",
     "Health",
+    "InputDescription",
+    "JobList",
+    "JobStatus",
     "Landing",
     "Link",
+    "OutputDescription",
     "PartitionAnswer",
     "PcaAnswer",
     "ProblemDocument",
+    "ProcessDescription",
+    "ProcessList",
+    "ProcessSummary",
     "Readiness",
     "ReconstructAnswer",
+    "ResultDocument",
     "SkeletonAnswer",
+    "StatusInfo",
 ]

@@ -9,7 +9,8 @@
 """
 
 from service.intake.compression import decompress
-from service.intake.decoders import MEDIA_TYPES, decode
+from service.intake.decoders import MEDIA_TYPES, decode, enveloped
+from service.intake.envelope import Reply, execute_model
 from service.intake.errors import ErrorItem, IntakeError, refuse
 from service.intake.json import load_json, paused_collector
 from service.intake.media import media_type_of_name
@@ -24,10 +25,13 @@ __all__ = [
     "Limits",
     "Points",
     "Query",
+    "Reply",
     "Submission",
     "check_document",
     "decode",
     "decompress",
+    "enveloped",
+    "execute_model",
     "load_json",
     "media_type_of_name",
     "paused_collector",

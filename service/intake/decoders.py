@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from pydantic import BaseModel
@@ -10,6 +12,7 @@ from pydantic import BaseModel
 from service.intake import media
 from service.intake.compression import decompress
 from service.intake.csv import decode_csv
+from service.intake.envelope import open_envelope
 from service.intake.errors import refuse
 from service.intake.json import load_json, paused_collector
 from service.intake.multipart import Part, split_form
@@ -17,7 +20,7 @@ from service.intake.npy import decode_npy
 from service.intake.query import Query
 from service.intake.submission import Limits, Submission, check_document
 
-__all__ = ["MEDIA_TYPES", "decode"]
+__all__ = ["MEDIA_TYPES", "decode", "enveloped"]
 
 Options = dict[str, str]
 
@@ -30,6 +33,7 @@ def decode(
     parameters_model: type[BaseModel],
     include_allowed: frozenset[str],
     limits: Limits,
+    envelope: str | None = None,
 ) -> Submission:
     """Read a point cloud with its parameters from the body of a request.
 
@@ -46,6 +50,9 @@ def decode(
     include_allowed : frozenset of str
         What may be asked for in ``include``.
     limits : Limits
+    envelope : str, optional
+        Member of a JSON body that holds what else is the body itself, such as ``inputs``;
+        for bodies that are `enveloped`.
 
     Returns
     -------
@@ -62,7 +69,29 @@ def decode(
     plain = decompress(body, content_encoding, limits.max_bytes)
     with paused_collector():
         document = _DECODERS[media_type](plain, options, limits)
-        return check_document(document, query, parameters_model, include_allowed, limits)
+        if envelope is None:
+            return check_document(document, query, parameters_model, include_allowed, limits)
+        document, reply = open_envelope(document, envelope, partial(_embedded, limits))
+        loc = ("body", envelope)
+        checked = check_document(document, query, parameters_model, include_allowed, limits, loc)
+        return replace(checked, reply=reply)
+
+
+def enveloped(content_type: str | None) -> bool:
+    """Say whether bodies of this media type can be envelopes: only JSON has room for one."""
+    return media.parse_media_type(content_type or "")[0] == media.JSON
+
+
+def _embedded(limits: Limits, content: bytes, content_type: str, loc: tuple[str | int, ...]) -> object:
+    """Decode an input that lies as text or as bytes in a JSON body."""
+    media_type, options = media.parse_media_type(content_type)
+    if media_type == media.JSON:
+        return load_json(content, loc)
+    if media_type not in _DECODERS or media_type == media.MULTIPART:
+        detail = f"{media_type[:40] or 'this'} is no media type of points that is understood"
+        raise refuse("unsupported-media-type", detail, loc)
+    document = _DECODERS[media_type](content, options, limits)
+    return document.get("points") if isinstance(document, dict) else document
 
 
 def _json(body: bytes, _options: Options, _limits: Limits) -> object:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
+from service.intake.envelope import Reply
 from service.intake.errors import MAX_LISTED, ErrorItem, IntakeError, refuse
 from service.intake.query import Query, read_query
 from service.intake.schema import submission_model
@@ -41,11 +42,14 @@ class Submission:
         An instance of the model that was asked for.
     include : frozenset of str
         Extra parts that the answer shall contain.
+    reply : Reply
+        What an execute request says of the answer.
     """
 
     points: NDArray[np.float64]
     parameters: BaseModel
     include: frozenset[str]
+    reply: Reply = field(default_factory=Reply)
 
 
 def check_document(

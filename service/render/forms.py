@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from service.intake import refuse
 
-__all__ = ["FORMS", "negotiate"]
+__all__ = ["FORMS", "decided", "negotiate"]
 
 FORMS: dict[str, str] = {
     "json": "application/json",
@@ -53,6 +53,11 @@ def negotiate(accept: str | None, form: str | None, offered: Sequence[str]) -> s
     if _quality(FORMS[best], ranges) <= 0:
         raise refuse("not-acceptable", f"offered are {_list(offered)}", ("header", "accept"))
     return best
+
+
+def decided(accept: str | None, form: str | None) -> bool:
+    """Say whether a client names any form at all; ``*/*`` names none."""
+    return bool(form) or bool(accept and accept.strip() and _ranges(accept).keys() != {"*/*"})
 
 
 def _named(form: str, offered: Sequence[str]) -> str:

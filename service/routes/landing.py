@@ -8,6 +8,7 @@ from fastapi import APIRouter, FastAPI, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 
 from service.answers import Landing, Link
+from service.ogc import LINKS
 from service.processes import Process
 
 __all__ = ["router"]
@@ -54,7 +55,7 @@ def _document(app: FastAPI) -> Landing:
     table: tuple[Process, ...] = app.state.processes
     posts = [Link(href=row.path, rel="process", type="application/json", title=row.title) for row in table]
     return Landing(
-        title=app.title, description=app.summary or "", version=app.version, links=[*posts, *_LINKS]
+        title=app.title, description=app.summary or "", version=app.version, links=[*posts, *LINKS, *_LINKS]
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
 from typing import Any
 
 import anyio
@@ -20,7 +21,7 @@ ABANDONED_SECONDS = 3.0
 """How long a computation may go on when its client has left: about what a new warm worker costs."""
 
 
-async def run(request: Request, function: str, *arguments: object) -> Any:
+async def run(request: Request, function: str, *arguments: object, seconds: float | None = None) -> Any:
     """Call ``module:name`` in a worker, unless the client leaves before.
 
     Raises
@@ -35,7 +36,7 @@ async def run(request: Request, function: str, *arguments: object) -> Any:
     with anyio.CancelScope() as scope:
         watcher = asyncio.create_task(_watch(request.receive, started, scope))
         try:
-            return await pool.run(function, *arguments, started=started)
+            return await pool.run(function, *arguments, started=started, seconds=seconds)
         finally:
             watcher.cancel()
     raise ClientDisconnect
@@ -50,13 +51,13 @@ async def _watch(receive: Receive, started: anyio.Event, scope: anyio.CancelScop
     scope.cancel()
 
 
-def answer(request: Request, outcome: Answer | Problem) -> Response:
+def answer(request: Request, outcome: Answer | Problem, headers: Mapping[str, str] | None = None) -> Response:
     """Make the response of what a worker returned."""
     if isinstance(outcome, Problem):
         return respond(request, outcome)
-    headers = {"Vary": "Accept"}
+    told = {"Vary": "Accept", **(headers or {})}
     if outcome.seconds:
-        headers["Server-Timing"] = ", ".join(
+        told["Server-Timing"] = ", ".join(
             f"{step};dur={1000 * seconds:.2f}" for step, seconds in outcome.seconds.items()
         )
-    return Response(outcome.content, media_type=outcome.media_type, headers=headers)
+    return Response(outcome.content, media_type=outcome.media_type, headers=told)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import tempfile
+import uuid
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import BinaryIO
 
 from anyio import to_thread
 
@@ -21,10 +23,15 @@ IN_MEMORY = 1024 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """A whole body: in memory, or in a file that lives as long as the request."""
+    """A whole body: in memory, or in a file that lives as long as the request, unless it is moved away.
+
+    ``digest`` is that of the body and of what else was asked to be part of it.
+    """
 
     content: bytes
     path: Path | None = None
+    size: int = 0
+    digest: str = ""
 
     def read(self) -> bytes:
         """Return the bytes (in a worker: a file is read at one go)."""
@@ -32,7 +39,13 @@ class Body:
 
 
 @asynccontextmanager
-async def receive(chunks: AsyncIterator[bytes], announced: int | None, max_bytes: int) -> AsyncIterator[Body]:
+async def receive(
+    chunks: AsyncIterator[bytes],
+    announced: int | None,
+    max_bytes: int,
+    directory: Path | None = None,
+    told: bytes | None = None,
+) -> AsyncIterator[Body]:
     """Read a body to its end; the file that it may be in is removed with the block.
 
     Parameters
@@ -41,6 +54,10 @@ async def receive(chunks: AsyncIterator[bytes], announced: int | None, max_bytes
     announced : int or None
         The ``Content-Length``, which saves reading what is too large anyway.
     max_bytes : int
+    directory : Path, optional
+        Where large bodies wait; the system's directory for temporary files by default.
+    told : bytes, optional
+        What the client has said besides; with it, a digest is made of both.
 
     Raises
     ------
@@ -49,28 +66,35 @@ async def receive(chunks: AsyncIterator[bytes], announced: int | None, max_bytes
     """
     if announced is not None and announced > max_bytes:
         raise _too_large(max_bytes)
+    path = (directory or Path(tempfile.gettempdir())) / f"tapeline-{uuid.uuid4().hex}"
+    digest = None if told is None else hashlib.sha256(told)
     held = bytearray()
     total = 0
-    file: IO[bytes] | None = None
+    file: BinaryIO | None = None
     try:
         async for chunk in chunks:
             total += len(chunk)
             if total > max_bytes:
                 raise _too_large(max_bytes)
+            if digest is not None:
+                digest.update(chunk)
             held += chunk
             if len(held) > IN_MEMORY:
-                file = file or tempfile.NamedTemporaryFile(prefix="tapeline-")  # noqa: SIM115 # closed below
+                if file is None:
+                    file = await to_thread.run_sync(path.open, "wb")
                 await to_thread.run_sync(file.write, held)
                 held = bytearray()
+        hexadecimal = "" if digest is None else digest.hexdigest()
         if file is None:
-            yield Body(bytes(held))
+            yield Body(bytes(held), None, total, hexadecimal)
             return
         file.write(held)
-        file.flush()
-        yield Body(b"", Path(file.name))
+        file.close()
+        yield Body(b"", path, total, hexadecimal)
     finally:
         if file is not None:
             file.close()
+            path.unlink(missing_ok=True)  # unless it was moved into the store
 
 
 def _too_large(max_bytes: int) -> IntakeError:

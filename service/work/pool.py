@@ -51,7 +51,7 @@ class Pool:
         self._idle = idle
         self._warm = 0
         self._taking = 0  # counted here: the stream counts a call only after it has let others run
-        self._first_warm = anyio.Event()
+        self.first_warm = anyio.Event()
         self._mean_seconds = 1.0
         self.ready = False
 
@@ -65,8 +65,14 @@ class Pool:
         """Number of calls that wait for a worker."""
         return max(self._taking - self._idle.statistics().current_buffer_used, 0)
 
-    async def run(self, function: str, *arguments: object, started: anyio.Event | None = None) -> Any:
-        """Call ``module:name`` with arguments in a worker.
+    async def run(
+        self,
+        function: str,
+        *arguments: object,
+        started: anyio.Event | None = None,
+        seconds: float | None = None,
+    ) -> Any:
+        """Call ``module:name`` with arguments in a worker, for so many seconds at most.
 
         A call whose worker dies is tried once more on another one. A call that
         is cancelled, or that exceeds the deadline, ends its worker; before the
@@ -86,7 +92,8 @@ class Pool:
         if self._taking >= self._options.queue_length + self._idle.statistics().current_buffer_used:
             raise QueueFull("as many requests wait as may wait; try again later", self._retry_after())
         worker: Worker | None = None
-        deadline = anyio.current_time() + self._options.deadline_seconds
+        allowed = self._options.deadline_seconds
+        deadline = anyio.current_time() + (allowed if seconds is None else min(seconds, allowed))
         with anyio.CancelScope(deadline=deadline):
             worker = await self._take()
             if started is not None:
@@ -143,7 +150,7 @@ class Pool:
         others then find in the cache.
         """
         if not first:
-            await self._first_warm.wait()
+            await self.first_warm.wait()
         failures = 0
         while True:
             try:
@@ -168,7 +175,7 @@ class Pool:
         """Let a warm worker take calls until its process ends."""
         self._warm += 1
         self.ready = self.ready or self._warm == self._options.workers
-        self._first_warm.set()
+        self.first_warm.set()
         self._free.send_nowait(worker)
         try:
             return await worker.ended()

@@ -9,22 +9,26 @@ from typing import Any
 
 import numpy as np
 import orjson
+from numpy.typing import NDArray
 
 from core.errors import InvalidInput
 from service.intake import IntakeError, Limits, Submission, decode
 from service.problems import Problem, problem
 from service.processes import Process
-from service.render import FORMS, encode
+from service.render import Settled, enclose, encode, settle
 from service.work.body import Body
 
-__all__ = ["Answer", "Execution", "execute", "warm"]
+__all__ = ["Answer", "Execution", "execute", "source_of", "warm", "write"]
 
 Pairs = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """One request for a process, as it came: nothing in it has been looked at but ``form``."""
+    """One request for a process, as it came: nothing in it has been looked at but ``form``.
+
+    ``decided`` says whether the client has asked for it, or whether the body still may.
+    """
 
     process: Process
     body: Body
@@ -33,6 +37,8 @@ class Execution:
     query: Pairs
     form: str
     limits: Limits
+    envelope: str | None = None
+    decided: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,25 +71,35 @@ def execute(execution: Execution) -> Answer | Problem:
             process.parameters,
             process.include,
             execution.limits,
+            execution.envelope,
         )
+        settled = settle(submission.reply, execution.form, execution.decided, process.forms)
         result = clock("compute", _compute, process, submission)
-        content = clock("render", encode, result, execution.form, submission.points)
+        content = clock("render", write, result, settled, submission.points)
     except InvalidInput as error:
-        return problem(error, where=_source(error, execution.query))
+        return problem(error, where=source_of(error, execution.query, execution.envelope))
     except (IntakeError, MemoryError) as error:
         return problem(error)
-    return Answer(content, FORMS[execution.form], clock.seconds)
+    return Answer(content, settled.media_type, clock.seconds)
+
+
+def write(result: object, settled: Settled, points: NDArray[np.float64]) -> bytes:
+    """Write a result as it has been settled."""
+    content = encode(result, settled.form, points)
+    return enclose(content, settled.form) if settled.document else content
 
 
 def _compute(process: Process, submission: Submission) -> Any:
-    flags = {name: name in submission.include for name in process.include}
+    flags = process.flags(submission.include)
     return process.resolve()(submission.points, submission.parameters, **flags)
 
 
-def _source(error: InvalidInput, query: Pairs) -> tuple[str, ...]:
+def source_of(error: InvalidInput, query: Pairs, envelope: str | None = None) -> tuple[str, ...]:
     """Say whether the parameter that the core refuses came in the query or, like the points, in the body."""
     named = error.loc[:1] == ("parameters",) and error.loc[1:2] in {(name,) for name, _ in query}
-    return ("query",) if named else ("body",)
+    if named:
+        return ("query",)
+    return ("body",) if envelope is None else ("body", envelope)
 
 
 def warm(processes: Iterable[Process]) -> None:

@@ -40,7 +40,7 @@ def _wait_until_ready(url: str, process: subprocess.Popen[bytes], log: Path) -> 
 def _serve(directory: Path, *arguments: str, ready: bool = True, **settings: object) -> Iterator[Server]:
     """Run a server of its own on loopback, with settings by their names in lower case."""
     port = _free_port()
-    given = {"port": port, "workers": 2, "data_dir": directory / "data", **settings}
+    given = {"port": port, "workers": 2, "job_workers": 0, "data_dir": directory / f"data-{port}", **settings}
     environment = {f"TAPELINE_{name.upper()}": str(value) for name, value in given.items()}
     path = os.pathsep.join([str(HERE), str(HERE.parents[1])])
     log = directory / f"{port}.log"

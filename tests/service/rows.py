@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from core.errors import DegenerateInput, InvalidParameter, InvalidPoints
+from core.progress import Progress
 from core.results import Partition
 from service.answers import PartitionAnswer
-from service.processes import Process
+from service.processes import PROCESSES, Process
 
 
 class TrialParameters(BaseModel):
@@ -24,19 +25,25 @@ class TrialParameters(BaseModel):
 
     sign: str | None = Field(None, description="File to write the number of the process to.")
     seconds: float = Field(0.0, ge=0, description="How long to compute.")
+    megabytes: int = Field(0, ge=0, description="How much memory to fill.")
     outcome: Literal["result", "death", "defect", "memory", "degenerate", "points", "parameter"] = Field(
         "result", description="What comes of it."
     )
 
 
-def trial(points: NDArray[np.float64], parameters: TrialParameters) -> Partition:
+def trial(
+    points: NDArray[np.float64], parameters: TrialParameters, *, progress: Progress | None = None
+) -> Partition:
     """Put all points in no component."""
     if parameters.sign:
         Path(parameters.sign).write_text(str(os.getpid()))
-    end = time.monotonic() + parameters.seconds
-    while time.monotonic() < end:
-        pass
+    held = np.ones((parameters.megabytes, 131_072))
+    begin = time.monotonic()
+    while (passed := time.monotonic() - begin) < parameters.seconds:
+        if progress is not None:
+            progress(passed / parameters.seconds, f"second {passed:.1f} of {parameters.seconds}")
     _FATES[parameters.outcome]()
+    del held
     return Partition(1.0, "given", np.full(len(points), -1), ())
 
 
@@ -64,3 +71,6 @@ TRIAL = Process(
     function="rows:trial",
     forms=("json", "csv"),
 )
+
+ALONE = (TRIAL,)
+ALL = (TRIAL, *PROCESSES)

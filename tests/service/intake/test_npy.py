@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from intake.reading import NPY, places, read, refusal
+from service.intake.errors import MAX_LISTED
 
 NUMBERS = hnp.floating_dtypes() | hnp.integer_dtypes() | hnp.unsigned_integer_dtypes()
 SHAPES = st.tuples(st.integers(1, 20), st.integers(2, 3))
@@ -38,7 +39,7 @@ def test_every_type_and_order_of_numbers_is_read(array: np.ndarray, turned: bool
         assert np.array_equal(points, wanted)
     else:
         assert places(refusal(saved(array), NPY)) == [
-            ["body", "points", *place] for place in np.argwhere(~np.isfinite(wanted)).tolist()
+            ["body", "points", *place] for place in np.argwhere(~np.isfinite(wanted))[:MAX_LISTED].tolist()
         ]
 
 
