@@ -41,6 +41,7 @@ WORKER_SETTINGS = (
     "store_url",
     "data_dir",
     "job_workers",
+    "job_poll_seconds",
     "job_seconds",
     "job_memory",
     "keep_seconds",

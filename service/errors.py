@@ -4,7 +4,8 @@
 
     ServiceError
     ├── NotFound            there is nothing of that name
-    │   └── NoSuchProcess       in the words of OGC API – Processes
+    │   ├── NoSuchProcess       in the words of OGC API – Processes
+    │   └── NoSuchJob           likewise
     ├── ResultNotReady      the job is not finished
     │   └── ExecutionNotReady   the same of a job ordered through OGC API – Processes
     ├── JobDismissed        the job was dismissed: it has no result
@@ -28,6 +29,7 @@ __all__ = [
     "JobDismissed",
     "JobsUnavailable",
     "KeyReused",
+    "NoSuchJob",
     "NoSuchProcess",
     "NotFound",
     "NotReady",
@@ -58,6 +60,10 @@ class ServiceError(Exception):
 
 class NotFound(ServiceError):
     """There is nothing of that name."""
+
+
+class NoSuchJob(NotFound):
+    """There is no job of that name, or none any more."""
 
 
 class NoSuchProcess(NotFound):

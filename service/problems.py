@@ -27,6 +27,7 @@ from service.errors import (
     JobDismissed,
     JobsUnavailable,
     KeyReused,
+    NoSuchJob,
     NoSuchProcess,
     NotFound,
     NotReady,
@@ -52,6 +53,7 @@ TABLE: dict[type[Exception], tuple[int, str, str]] = {
     InvalidParameter: (422, "invalid-parameter", "A parameter is not valid"),
     DegenerateInput: (422, "degenerate-input", "The points determine no curve"),
     NotFound: (404, "not-found", "There is nothing here"),
+    NoSuchJob: (404, f"{_OGC}/no-such-job", "There is no such job"),
     NoSuchProcess: (404, f"{_OGC}/no-such-process", "There is no such process"),
     ResultNotReady: (404, "result-not-ready", "There is no result yet"),
     ExecutionNotReady: (404, f"{_OGC}/result-not-ready", "There is no result yet"),
@@ -141,7 +143,8 @@ def _invalid_query(error: RequestValidationError) -> Problem:
     items = tuple(
         ErrorItem(loc=list(item["loc"]), msg=item["msg"], type=item["type"]) for item in error.errors()
     )
-    return Problem(status, kind, title, f"{items[0]['loc'][-1]}: {items[0]['msg']}", items)
+    name = next(part for part in reversed(items[0]["loc"]) if isinstance(part, str))
+    return Problem(status, kind, title, f"{name}: {items[0]['msg']}", items)
 
 
 def _of_framework(error: HTTPException) -> Problem:

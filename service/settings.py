@@ -64,6 +64,13 @@ class Settings(BaseSettings):
     job_queue_length: int = Field(
         1000, ge=0, description="Jobs that may wait to be computed; one more is answered 429."
     )
+    job_poll_seconds: float = Field(
+        0.05,
+        gt=0,
+        le=60,
+        description="Seconds between two looks of a worker at the queue of jobs; many workers on one "
+        "database may look less often.",
+    )
     job_bytes: int = Field(
         8 * _KIBI**2,
         ge=0,

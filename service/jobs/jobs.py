@@ -22,7 +22,7 @@ from anyio import to_thread
 from dbos import WorkflowStatus
 from dbos import error as engine_errors
 
-from service.errors import JobsUnavailable, KeyReused, NotFound, QueueFull
+from service.errors import JobsUnavailable, KeyReused, NoSuchJob, QueueFull
 from service.jobs import engine
 from service.jobs.expiry import Expiry
 from service.jobs.order import Job, Order, State, engine_states
@@ -42,6 +42,8 @@ _COUNT_SECONDS = 0.5
 _RETRY_SECONDS = 5
 _SECONDS_PER_MEGABYTE = 4.0
 _LONGEST_PENALTY = 600.0
+_NAME = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+"""Of all jobs: no database need see what clients put in its place."""
 _TIME = re.compile(r"[0-9]{10,14}")
 _ERA = 1_577_836_800  # 2020-01-01: priorities must fit into 31 bits
 
@@ -144,12 +146,12 @@ class Jobs:
 
         Raises
         ------
-        NotFound
+        NoSuchJob
             When there is none of this name, or none any more.
         """
-        found = await self.look([job])
+        found = await self.look([job]) if _NAME.fullmatch(job) else []
         if not found:
-            raise NotFound("there is no such job; finished jobs are kept for a while only")
+            raise NoSuchJob("there is no such job; finished jobs are kept for a while only")
         return found[0]
 
     async def look(self, jobs: list[str]) -> list[Job]:
@@ -201,7 +203,7 @@ class Jobs:
 
         Raises
         ------
-        NotFound
+        NoSuchJob
             When there is none of this name.
         """
         found = await self.find(job)

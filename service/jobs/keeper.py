@@ -87,8 +87,7 @@ def compute_beside(table: str) -> None:
             known = str(uuid.uuid4())
             name.write(known)
             name.flush()
-        JobWorker(settings, table, known).run()
-        leave()
+        leave(_code(JobWorker(settings, table, known)))
 
 
 def compute(settings: Settings) -> None:
@@ -97,14 +96,24 @@ def compute(settings: Settings) -> None:
     name = f"{socket.gethostname()}-{uuid.uuid4()}"
     with home(settings.data_dir) as place:
         os.environ.update(caches(place))
-        JobWorker(settings.placed(place), TABLE, name).run()
-    leave()
+        code = _code(JobWorker(settings.placed(place), TABLE, name))
+    leave(code)
 
 
-def leave() -> NoReturn:
+def _code(worker: JobWorker) -> int:
+    """Let a worker work; an error that it cannot help must end the process, or nobody starts another."""
+    try:
+        worker.run()
+    except Exception:
+        _log.exception("the worker for jobs failed")
+        return 1
+    return 0
+
+
+def leave(code: int = 0) -> NoReturn:
     """End this process: threads of jobs may still wait for processes that end with us."""
     logging.shutdown()
-    os._exit(0)
+    os._exit(code)
 
 
 def _follow() -> None:

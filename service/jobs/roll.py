@@ -91,6 +91,11 @@ class Roll:
                 connection.execute(sa.insert(_DUTIES).values(id=duty, done=0))
         return False
 
+    def names(self) -> set[str]:
+        """All workers on the roll, also those that have not answered for a while."""
+        with self._engine.begin() as connection:
+            return {str(name) for name in connection.execute(sa.select(_TABLE.c.id)).scalars()}
+
     def _dead(self) -> list[str]:
         lapsed = _TABLE.c.seen < self._now - int(1000 * LAPSE_SECONDS)
         with self._engine.begin() as connection:

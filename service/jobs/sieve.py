@@ -7,7 +7,7 @@ most. A page may then hold few jobs, or none, and yet lead on.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import Self
 
 from service.jobs.jobs import Jobs, Page
@@ -17,6 +17,8 @@ __all__ = ["Sieve", "sifted"]
 
 _MOST_PAGES = 50
 _OPEN = {"", ".."}
+_SLACK = timedelta(minutes=1)
+"""By how much the clock of the database, by which jobs are in order, may differ from ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,4 +110,6 @@ async def sifted(
         cursor = page.cursor
         if cursor is None or len(found) == limit:
             break
+        if sieve.since is not None and page.jobs[-1].created < sieve.since - _SLACK:
+            return Page(found, None)  # those that follow are older still
     return Page(found, cursor)

@@ -24,15 +24,15 @@ from service.jobs.cradle import resolve
 from service.jobs.expiry import Expiry
 from service.jobs.nursery import Ended, Limits, Nursery
 from service.jobs.roll import BEAT_SECONDS, Roll
+from service.jobs.strays import Strays
 from service.problems import problem
 from service.settings import Settings
 from service.store import Store
 
 __all__ = ["JobWorker"]
 
-JOB_POLL_SECONDS = 0.05
-PART_POLL_SECONDS = 0.2
 WATCH_SECONDS = 0.2
+PART_TO_JOB_POLLS = 4  # parts are long, and seldom
 REPORT_SECONDS = 0.5
 PATIENCE_SECONDS = 2.0
 MOST_RECOVERIES = 3
@@ -65,22 +65,30 @@ class JobWorker:
         self._client = engine.connect(self._database)
         self._nursery = Nursery(table, Limits(settings.job_seconds, settings.job_memory))
         self._over = threading.Event()
+        self._at_work: list[str] = []
 
     def run(self) -> None:
         """Compute jobs until a signal says to stop; to be called in the main thread."""
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: self._over.set())
         self._nursery.warm()  # here, for the fork server ends with the thread that began it
-        roll = self._launched()
-        if roll is None:
+        launched = self._launched()
+        if launched is None:
             return
+        roll, dbos = launched
+        strays = Strays(self._client, dbos, roll, self._name)
         expiry = self._expiry()
 
         def sweep() -> None:
             if roll.takes_duty("expiry", Expiry.SECONDS):
                 expiry.sweep()
 
-        for each, seconds in ((self._watch, WATCH_SECONDS), (sweep, Expiry.SECONDS / 4)):
+        rounds: list[tuple[Callable[[], None], float]] = [
+            (self._watch, WATCH_SECONDS),
+            (lambda: strays.look(list(self._at_work)), Strays.SECONDS),
+            (sweep, Expiry.SECONDS / 4),
+        ]
+        for each, seconds in rounds:
             threading.Thread(target=self._repeat, args=(each, seconds), daemon=True).start()
         _log.info("worker %s takes up to %d jobs at a time", self._name, self._settings.job_workers)
         self._repeat(lambda: self._beat(roll), BEAT_SECONDS)
@@ -90,7 +98,7 @@ class JobWorker:
         """Let `run` return soon."""
         self._over.set()
 
-    def _launched(self) -> Roll | None:
+    def _launched(self) -> tuple[Roll, DBOS] | None:
         """Wait for the database and launch the engine; None when we are to stop before."""
         while not self._over.is_set():
             try:
@@ -104,16 +112,28 @@ class JobWorker:
         else:
             return None
         logging.getLogger("dbos").addFilter(_expected)
-        DBOS(config=engine.config(self._database, self._name, self._settings.job_workers))
+        dbos = DBOS(config=engine.config(self._database, self._name, self._settings.job_workers))
         for row in resolve(self._table):
-            _register(engine.workflow(row.id), self._job)
-        _register(engine.PART, self._part)
+            self._register(engine.workflow(row.id), self._job)
+        self._register(engine.PART, self._part)
         DBOS.launch()
-        for queue, seconds in ((engine.JOBS, JOB_POLL_SECONDS), (engine.PARTS, PART_POLL_SECONDS)):
+        often = self._settings.job_poll_seconds
+        for queue, seconds in ((engine.JOBS, often), (engine.PARTS, PART_TO_JOB_POLLS * often)):
             DBOS.register_queue(
                 queue, worker_concurrency=self._settings.job_workers, polling_interval_sec=seconds
             )
-        return roll
+        return roll, dbos
+
+    def _register(self, name: str, function: Callable[..., Told]) -> None:
+        def workflow(*arguments: Any) -> Told:
+            job = DBOS.workflow_id or ""
+            self._at_work.append(job)
+            try:
+                return function(*arguments)
+            finally:
+                self._at_work.remove(job)
+
+        DBOS.workflow(name=name, max_recovery_attempts=MOST_RECOVERIES)(workflow)
 
     def _expiry(self) -> Expiry:
         return Expiry(
@@ -250,13 +270,6 @@ PARTS_SHARE = 0.9
 """How much of a divided job is done when all of its parts are."""
 
 _LATE = "the job computed longer than the {:g} s that are allowed; send fewer points"
-
-
-def _register(name: str, function: Callable[..., Told]) -> None:
-    def workflow(*arguments: Any) -> Told:
-        return function(*arguments)
-
-    DBOS.workflow(name=name, max_recovery_attempts=MOST_RECOVERIES)(workflow)
 
 
 def _settled(told: Told) -> Told:

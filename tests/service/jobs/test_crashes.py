@@ -14,7 +14,7 @@ from conftest import Serve
 from expect import is_problem
 
 from jobs.client import begun, ended, gone, info, ordered, signed, until
-from jobs.service import Service
+from jobs.restarting import Service
 
 
 @pytest.fixture(scope="module")

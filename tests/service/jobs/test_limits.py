@@ -14,7 +14,7 @@ from dbos import DBOSClient
 from expect import is_problem
 
 from jobs.client import ASYNC, begun, body, ended, gone, order, ordered, until
-from jobs.service import Service
+from jobs.restarting import Service
 from service.jobs import engine
 from service.jobs.expiry import Expiry
 from service.jobs.jobs import _priority
