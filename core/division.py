@@ -8,14 +8,9 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from core.progress import Progress
 
 __all__ = ["Division", "Part", "balanced"]
-
-Floats = NDArray[np.float64]
 
 MOST_PARTS = 16
 LEAST_PART = 10_000.0  # in samples: less is sooner done than sent
@@ -46,17 +41,17 @@ class Division:
     Attributes
     ----------
     split : callable
-        ``split(points, parameters)``: the parts, those that take longest first; none where dividing is not
+        ``split(data, parameters)``: the parts, those that take longest first; none where dividing is not
         worth it.
     solve : callable
         ``solve(part, progress)``: solves one part, in whatever process.
     join : callable
-        ``join(points, parameters, solved, *, progress=None, **flags)``: what the undivided computation
+        ``join(data, parameters, solved, *, progress=None, **flags)``: what the undivided computation
         gives, to the last bit, from what solving the parts gave, in any order. ``flags`` are those of the
         undivided computation.
     """
 
-    split: Callable[[Floats, Any], tuple[Part, ...]]
+    split: Callable[[Any, Any], tuple[Part, ...]]
     solve: Callable[[Any, Progress | None], object]
     join: Callable[..., Any]
 

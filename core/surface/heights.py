@@ -1,0 +1,161 @@
+"""How high the surface is inside a slab, from the distances of a place to the contours around it.
+
+Between two contours, the height is a monotone cubic function of the signed distance (Fritsch and
+Butland 1984), which knows of the slopes from the next contours below and above. A cap is a paraboloid
+whose slope at its border is that of the slab before; where that says that it would reach the next
+plane, the top is flat for all that is known: it rises at 45 degrees, half the way at most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from core.surface.linework import Linework
+from core.surface.overlay import SlabEnds
+
+__all__ = ["Places", "heights_of", "signed_distances"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+CLEAR = 0.02  # of a slab's height: places keep off the planes
+FLAT = 2.0  # slabs: a cap that would be higher is a flat top
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Places strictly inside slabs.
+
+    Attributes
+    ----------
+    xy : (M, 2) array
+        Grid coordinates.
+    slab : (M,) array of int
+    part : (M,) array of int
+        Number of the connected part of the sheet.
+    reached : (2, M) array of bool
+        Whether the part has a border in the lower plane, in the upper one.
+    """
+
+    xy: Floats
+    slab: Ints
+    part: Ints
+    reached: Bools
+
+
+def heights_of(places: Places, lines: Linework, slabs: Sequence[SlabEnds], pitch: float) -> Floats:
+    """Heights (M,) of places, strictly between the planes of their slabs."""
+    levels, z = _around(slabs)
+    levels, z = levels[places.slab], z[places.slab]
+    order = np.argsort(lines.level, kind="stable")
+    starts = np.searchsorted(lines.level[order], np.arange(int(levels.max(initial=0)) + 2))
+    ends = lines.ends[order].astype(np.float64)
+    distance = (
+        np.column_stack([signed_distances(places.xy, levels[:, k], ends, starts) for k in range(4)]) * pitch
+    )
+    share = np.empty(len(places.xy))
+    both = places.reached.all(axis=0)
+    share[both] = _between(distance[both], z[both])
+    for end in range(2):
+        only = places.reached[end] & ~both
+        # Seen from its border, a cap that hangs down is one that rises.
+        near, before = 1 + end, 3 * end
+        rise = _cap(distance[only][:, [before, near]], z[only][:, [before, near, 2 - end]], places.part[only])
+        share[only] = rise if end == 0 else 1.0 - rise
+    return z[:, 1] + (z[:, 2] - z[:, 1]) * np.clip(share, CLEAR, 1.0 - CLEAR)
+
+
+def _around(slabs: Sequence[SlabEnds]) -> tuple[Ints, Floats]:
+    """Levels and heights (S, 4) of the contours before, at both ends of, and after slabs; -1, NaN: none."""
+    heights = {level: z for slab in slabs for level, z in zip(slab.levels, slab.heights, strict=True)}
+    levels = np.full((len(slabs), 4), -1)
+    for row, slab in zip(levels, slabs, strict=True):
+        step = slab.levels[1] - slab.levels[0]
+        row[1:3] = slab.levels
+        for k, level in ((0, slab.levels[0] - step), (3, slab.levels[1] + step)):
+            row[k] = level if level in heights else -1
+    return levels, np.array([[heights.get(int(level), np.nan) for level in row] for row in levels])
+
+
+def signed_distances(xy: Floats, level: Ints, ends: Floats, starts: Ints) -> Floats:
+    """Distances (M,) of places from the borders of levels, positive inside.
+
+    Parameters
+    ----------
+    xy : (M, 2) array
+    level : (M,) array of int
+        -1 for none.
+    ends : (E, 2, 2) array
+        Edges, level by level.
+    starts : (K + 1,) array of int
+        First edge of each level.
+
+    Returns
+    -------
+    array
+        Minus infinity where there is no level or no border.
+    """
+    return _signed_distances(np.ascontiguousarray(xy), np.ascontiguousarray(level), ends, starts)
+
+
+@njit(cache=True)
+def _signed_distances(xy: Floats, level: Ints, ends: Floats, starts: Ints) -> Floats:
+    out = np.full(len(xy), -np.inf)
+    for i in range(len(xy)):
+        if level[i] < 0:
+            continue
+        x, y, best, inside = xy[i, 0], xy[i, 1], np.inf, False
+        for e in range(starts[level[i]], starts[level[i] + 1]):
+            ax, ay = ends[e, 0, 0] - x, ends[e, 0, 1] - y
+            bx, by = ends[e, 1, 0] - x, ends[e, 1, 1] - y
+            ux, uy = bx - ax, by - ay
+            t = min(1.0, max(0.0, -(ax * ux + ay * uy) / (ux * ux + uy * uy)))
+            px, py = ax + t * ux, ay + t * uy
+            best = min(best, px * px + py * py)
+            if (ay > 0.0) != (by > 0.0) and (ax * by - ay * bx > 0.0) == (by > ay):
+                inside = not inside
+        out[i] = np.sqrt(best) if inside else -np.sqrt(best)
+    return out
+
+
+def _between(distance: Floats, z: Floats) -> Floats:
+    """How far up the slab the signed distance is zero: (M, 4) distances and heights of contours."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        step = np.diff(distance, axis=1)
+        secant = np.diff(z, axis=1) / step
+        slopes = []
+        for k in (0, 2):
+            near, far = 2.0 * step[:, 1] + step[:, k], step[:, 1] + 2.0 * step[:, k]
+            slope = (near + far) / (near / secant[:, k] + far / secant[:, 1])
+            smooth = np.isfinite(slope) & (secant[:, k] * secant[:, 1] > 0.0)
+            slopes.append(np.where(smooth, slope, secant[:, 1]))
+    along = -distance[:, 1] / step[:, 1]
+    rise = z[:, 2] - z[:, 1]
+    begin, end = (slope * step[:, 1] / rise for slope in slopes)
+    cubic = begin + end - 2.0
+    share: Floats = along * (begin + along * (3.0 - 2.0 * begin - end + along * cubic))
+    return share
+
+
+def _cap(distance: Floats, z: Floats, part: Ints) -> Floats:
+    """How far up the slab caps are: distances from the border before and the own one (M, 2), heights."""
+    if not len(part):
+        return np.zeros(0)
+    rise = np.abs(z[:, 2] - z[:, 1])
+    deep = np.abs(distance[:, 1])
+    width = np.zeros(int(part.max()) + 1)
+    np.maximum.at(width, part, deep)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        run = np.where(distance[:, 0] * distance[:, 1] > 0.0, np.abs(distance[:, 0]) - deep, -np.inf)
+        run = (np.bincount(part, run) / np.bincount(part))[part]
+        slope = np.abs(z[:, 1] - z[:, 0]) / run * width[part] / (width[part] + run / 2.0)
+        high = slope * width[part] / 2.0 / rise
+    high = np.where(np.isfinite(high) & (run > 0.0), high, FLAT)
+    dome = np.where(high < 1.0, high, 1.5 - high / 2.0) * (1.0 - (1.0 - deep / width[part]) ** 2)
+    return np.where(high < FLAT, dome, np.minimum(1.0, 2.0 * deep / rise) / 2.0)

@@ -1,0 +1,32 @@
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.surface.inner_points import inner_points
+from core.surface.noding import noded
+from core.surface.overlay import overlay_of, slab_ends
+from core.surface.regions import regions_of
+from core.truth.stacks import random_stack
+from tests.core.surface.contours import inside, ring, stack
+
+
+def found(levels):
+    regions = regions_of(levels, np.eye(3))
+    lines = noded(regions.lines)
+    slabs = slab_ends(lines, regions.heights)
+    return lines, slabs, inner_points(overlay_of(lines, slabs), lines, slabs)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_they_lie_where_one_region_only_is_solid(seed):
+    lines, slabs, points = found(random_stack(seed))
+    assert sum(map(len, points)) <= 2 * len(lines)
+    for slab, mine in zip(slabs, points, strict=True):
+        places = np.add(mine, (0.003, 0.001))  # off the heights of vertices
+        assert np.all(inside(lines, places, slab.levels[0]) != inside(lines, places, slab.levels[1]))
+
+
+def test_narrow_sheets_get_none_and_caps_do():
+    _, _, points = found(stack([ring(10.0)], [ring(9.9)], [ring(9.8)]))
+    assert [len(mine) > 0 for mine in points] == [True, False, False, True]
