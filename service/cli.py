@@ -24,18 +24,18 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from core.errors import InvalidInput
+from service.cli_input import UsageError, given, methods_with, option_name, read, refusal, source
 from service.processes import PROCESSES, Process
 from service.settings import Settings
 
 if TYPE_CHECKING:
-    from service.intake import ErrorItem, Submission
+    from service.intake import ErrorItem
 
 __all__ = ["WORKER_SETTINGS", "main"]
 
 _WRONG_INPUT = 2
 _FAILED = 1
 _INTERRUPTED = 130  # the shells' way of saying SIGINT
-_UNLIMITED = 2**60
 WORKER_SETTINGS = (
     "database_url",
     "store_url",
@@ -50,12 +50,6 @@ WORKER_SETTINGS = (
 )
 """Settings that concern a process which computes jobs."""
 _EXAMPLE_FORMS = ("csv", "json", "npy")
-_MAGIC = ((b"\x93NUMPY", "application/x-npy"), (b"{", "application/json"), (b"", "text/csv"))
-_GZIP = b"\x1f\x8b"
-
-
-class _UsageError(Exception):
-    """What was asked for cannot be done; the message says why, in one line."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -74,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         options.run(options)
-    except _UsageError as error:
+    except UsageError as error:
         return _complain(str(error), _WRONG_INPUT)
     except KeyboardInterrupt:
         return _INTERRUPTED
@@ -116,10 +110,15 @@ def _version() -> str:
 
 
 def _commands(table: Iterable[Process]) -> dict[str, dict[str, Process]]:
-    """Group the processes: ``reconstruct-pca`` is the command ``reconstruct`` with the method ``pca``."""
+    """Group the processes: ``reconstruct-pca`` is the command ``reconstruct`` with the method ``pca``.
+
+    What works on scans is a command of its own: ``reconstruct-surface`` is ``surface``.
+    """
     commands: dict[str, dict[str, Process]] = {}
     for row in table:
         command, _, method = row.id.partition("-")
+        if row.takes == "scans":
+            command, method = method or command, ""
         commands.setdefault(command, {})[method or "auto"] = row
     return commands
 
@@ -152,10 +151,7 @@ def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> No
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument(
-        "input",
-        help="file of points (.csv, .txt, .xyz, .npy or .json, also with .gz), or - for standard input",
-    )
+    _add_input(parser, rows[0])
     _add_output(parser, rows[0].forms, "txt" if "txt" in rows[0].forms else "json")
     if len(methods) > 1:
         first = next(iter(methods))
@@ -167,6 +163,18 @@ def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> No
         )
     _add_parameters(parser, methods)
     parser.set_defaults(run=_compute, methods=methods)
+
+
+def _add_input(parser: argparse.ArgumentParser, row: Process) -> None:
+    if row.takes == "points":
+        kinds = "file of points (.csv, .txt, .xyz, .npy or .json, also with .gz), or - for standard input"
+        parser.add_argument("input", help=kinds)
+        return
+    kinds = "files of scans: range grids (.ply) and meshes (.ply, .stl, .obj), or one .json, also .gz"
+    parser.add_argument("input", nargs="+", help=f"{kinds}; or a folder of them, or - for standard input")
+    parser.add_argument(
+        "--conf", action="append", default=[], metavar="FILE", help="poses of the scans (Stanford .conf)"
+    )
 
 
 def _described(methods: dict[str, Process]) -> str:
@@ -187,26 +195,22 @@ def _add_parameters(parser: argparse.ArgumentParser, methods: dict[str, Process]
         tuple(methods): parser.add_argument_group("parameters", "what is not given follows from the data")
     }
     for name, field in fields.items():
-        owners = _methods_with(name, methods)
+        owners = methods_with(name, methods)
         if owners not in groups:
             title = f"parameters of --method {' and '.join(owners)}"
             groups[owners] = parser.add_argument_group(title)
         _add_option(groups[owners], name, field)
 
 
-def _methods_with(name: str, methods: dict[str, Process]) -> tuple[str, ...]:
-    """Name the methods of a command that have a parameter."""
-    return tuple(method for method, row in methods.items() if name in row.parameters.model_fields)
-
-
 def _add_examples(commands: Any) -> None:
     parser = commands.add_parser(
         "examples",
-        help="list the built-in point sets, or draw one",
-        description="List the built-in point sets, or draw one of them.",
+        help="list the built-in point sets and solids, or draw one",
+        description="List the built-in point sets and solids; draw a point set, or scan a solid: -o then "
+        "names the folder for its range grids (.ply) and their poses (.conf).",
         allow_abbrev=False,
     )
-    parser.add_argument("name", nargs="?", help="the point set to draw; without it they are listed")
+    parser.add_argument("name", nargs="?", help="what to draw or to scan; without it they are listed")
     _add_output(parser, _EXAMPLE_FORMS, "csv")
     parser.add_argument("-n", type=int, metavar="N", help="number of samples")
     parser.add_argument(
@@ -214,6 +218,8 @@ def _add_examples(commands: Any) -> None:
     )
     parser.add_argument("--outliers", type=float, help="number of outliers, as a fraction of the samples")
     parser.add_argument("--seed", type=int, help="the same seed draws the same points")
+    parser.add_argument("--views", type=int, help="number of scans of a solid")
+    parser.add_argument("--pixels", type=int, help="rows and columns of each scan")
     parser.set_defaults(run=_examples)
 
 
@@ -234,7 +240,7 @@ def _add_option(parser: Any, name: str, field: FieldInfo) -> None:
     kinds = set(_kinds(field.annotation))
     text = (field.description or "").replace("`", "").replace("Null:", "Default:")
     if field.default not in {None, (), PydanticUndefined}:
-        text += f" Default: {str(field.default).lower() if bool in kinds else field.default}."
+        text += f" Default: {_shown(field.default)}."
     keywords: dict[str, Any] = {"help": _literal(text)}
     choices = [choice for kind in kinds if get_origin(kind) is Literal for choice in get_args(kind)]
     if bool in kinds:
@@ -242,8 +248,19 @@ def _add_option(parser: Any, name: str, field: FieldInfo) -> None:
     elif choices:
         keywords["choices"] = sorted(choices)
     else:
-        keywords["metavar"] = "INTEGER" if int in kinds else "NUMBER" if float in kinds else "TEXT"
+        many = "tuple[" in str(field.annotation)
+        one = "INTEGER" if int in kinds else "NUMBER" if float in kinds else "TEXT"
+        keywords["metavar"] = f"{one},…" if many else one
     parser.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, **keywords)
+
+
+def _shown(default: object) -> str:
+    """Write a default as it would be given."""
+    if isinstance(default, tuple):
+        return ",".join(map(_shown, default))
+    if isinstance(default, bool):
+        return str(default).lower()
+    return f"{default:g}" if isinstance(default, float) else str(default)
 
 
 def _kinds(annotation: Any) -> Iterator[Any]:
@@ -260,25 +277,15 @@ def _literal(text: str) -> str:
     return text.replace("%", "%%")
 
 
-def _given(options: argparse.Namespace, names: Iterable[str]) -> dict[str, str]:
-    """Collect the options that were given, as text."""
-    values = {name: getattr(options, name, None) for name in names}
-    return {
-        name: str(value).lower() if isinstance(value, bool) else value
-        for name, value in values.items()
-        if value is not None
-    }
-
-
 # --- the commands ---------------------------------------------------------------------------------
 
 
 def _settings(options: argparse.Namespace, names: Iterable[str]) -> Settings:
     try:
-        return Settings(**_given(options, names))  # type: ignore[arg-type] # text, which it converts
+        return Settings(**given(options, names))  # type: ignore[arg-type] # text, which it converts
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
-        raise _UsageError(f"{_option(str(first['loc'][0]))}: {first['msg']}") from None
+        raise UsageError(f"{option_name(str(first['loc'][0]))}: {first['msg']}") from None
 
 
 def _serve(options: argparse.Namespace) -> None:
@@ -291,7 +298,7 @@ def _serve(options: argparse.Namespace) -> None:
 def _work(options: argparse.Namespace) -> None:
     settings = _settings(options, WORKER_SETTINGS)
     if not settings.job_workers:
-        raise _UsageError("--job-workers: a worker computes at least one job at a time")
+        raise UsageError("--job-workers: a worker computes at least one job at a time")
     from service.jobs.keeper import compute  # noqa: PLC0415 # a second of imports
 
     compute(settings)
@@ -302,13 +309,15 @@ def _compute(options: argparse.Namespace) -> None:
 
     process = _chosen(options)
     form = _form(options)
-    submission = _read(options, process)
+    submission = read(options, process)
     flags = {name: name in submission.include for name in process.include}
     try:
-        result = process.resolve()(submission.points, submission.parameters, **flags)
+        result = process.resolve()(submission.data, submission.parameters, **flags)
     except InvalidInput as error:
-        item: ErrorItem = {"loc": ["body", *error.loc], "msg": error.message, "type": error.kind}
-        raise _refusal([item], error.message, options.input) from None
+        optional = error.loc[:1] == ("parameters",) and given(options, map(str, error.loc[1:2]))
+        loc = ["query", *error.loc[1:]] if optional else ["body", *error.loc]
+        item: ErrorItem = {"loc": loc, "msg": error.message, "type": error.kind}
+        raise refusal([item], error.message, source(options)) from None
     for warning in getattr(result, "warnings", ()):
         sys.stderr.write(f"tapeline: warning: {warning.message}\n")
     _write(encode(result, form, submission.points), options.output, form)
@@ -320,38 +329,6 @@ def _chosen(options: argparse.Namespace) -> Process:
     return methods[options.method] if len(methods) > 1 else next(iter(methods.values()))
 
 
-def _read(options: argparse.Namespace, process: Process) -> Submission:
-    from service.intake import IntakeError, Limits, decode, decompress, media_type_of_name  # noqa: PLC0415 # see above
-
-    media_type, encoding = media_type_of_name(options.input)
-    body = _bytes_of(options.input)
-    _refuse_other_methods(options, process)
-    query = [*_given(options, process.parameters.model_fields).items()]
-    query += [("include", name) for name in getattr(options, "include", None) or ()]
-    try:
-        plain = decompress(body, encoding or ("gzip" if body.startswith(_GZIP) else None), _UNLIMITED)
-        media_type = media_type or next(name for magic, name in _MAGIC if plain.startswith(magic))
-        limits = Limits(max_points=_UNLIMITED, max_bytes=_UNLIMITED)
-        return decode(plain, media_type, None, query, process.parameters, process.include, limits)
-    except IntakeError as error:
-        raise _refusal(error.errors, error.detail, options.input) from None
-
-
-def _refuse_other_methods(options: argparse.Namespace, process: Process) -> None:
-    """Say which methods an option belongs to, when it is none of the one that is asked for."""
-    every = {name for row in options.methods.values() for name in row.parameters.model_fields}
-    for name in _given(options, sorted(every - process.parameters.model_fields.keys() - {"method"})):
-        owners = " or ".join(_methods_with(name, options.methods))
-        raise _UsageError(f"{_option(name)}: a parameter of another method; add --method {owners}")
-
-
-def _bytes_of(name: str) -> bytes:
-    try:
-        return sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
-    except OSError as error:
-        raise _UsageError(f"{name}: {error.strerror}") from None
-
-
 def _examples(options: argparse.Namespace) -> None:
     from core.truth import names  # noqa: PLC0415 # needs scipy
     from service import examples  # noqa: PLC0415 # likewise
@@ -359,18 +336,53 @@ def _examples(options: argparse.Namespace) -> None:
 
     if options.name is None:
         rows = [f"{row['name']:<16} {row['description']}\n" for row in examples.catalogue()]
+        rows += [f"{name:<16} {text}, to be scanned\n" for name, text in examples.solids().items()]
         _write("".join(rows).encode(), None, "text")
         return
+    if options.name in examples.solids():
+        _scan(options)
+        return
     if options.name not in names():
-        raise _UsageError(
+        raise UsageError(
             f"{options.name}: there is no point set of this name; `tapeline examples` lists them"
         )
     form = _form(options)
-    chosen = {name: getattr(options, name) for name in ("n", "sigma", "outliers", "seed")}
-    answer = examples.draw(options.name, {k: v for k, v in chosen.items() if v is not None}, form, "")
+    chosen = _chosen_options(options, ("n", "sigma", "outliers", "seed"), ("views", "pixels"))
+    answer = examples.draw(options.name, chosen, form, "")
     if isinstance(answer, Problem):
-        raise _refusal(answer.errors, answer.detail, options.name)
+        raise refusal(answer.errors, answer.detail, options.name)
     _write(answer.content, options.output, form)
+
+
+def _scan(options: argparse.Namespace) -> None:
+    """Scan a built-in solid into a folder."""
+    from service.examples import scan_files  # noqa: PLC0415 # needs scipy
+
+    chosen = _chosen_options(options, ("views", "pixels", "sigma", "seed"), ("n", "outliers", "format"))
+    if options.output is None:
+        raise UsageError(f"{options.name}: name a folder for the scans with -o")
+    folder = Path(options.output)
+    try:
+        files = scan_files(options.name, chosen)
+        folder.mkdir(parents=True, exist_ok=True)
+    except InvalidInput as error:
+        raise UsageError(
+            f"--{'sigma' if error.loc == ('noise',) else error.loc[0]}: {error.message}"
+        ) from None
+    except OSError as error:
+        raise UsageError(f"{folder}: {error.strerror}") from None
+    for name, content in files.items():
+        _write(content, str(folder / name), "ply")
+
+
+def _chosen_options(
+    options: argparse.Namespace, names: Sequence[str], others: Sequence[str]
+) -> dict[str, Any]:
+    """Collect the options that were given; refuse those of other examples."""
+    for name in others:
+        if getattr(options, name) is not None:
+            raise UsageError(f"{option_name(name)}: {options.name} is not drawn with this")
+    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
 
 
 def _form(options: argparse.Namespace) -> str:
@@ -379,7 +391,7 @@ def _form(options: argparse.Namespace) -> str:
         return options.format or options.default_form  # type: ignore[no-any-return] # a Namespace has no types
     form = Path(options.output).suffix.lower().removeprefix(".")
     if form not in options.forms:
-        raise _UsageError(
+        raise UsageError(
             f"{options.output}: choose a name that ends in .{', .'.join(options.forms)}, or --format"
         )
     return form
@@ -387,31 +399,15 @@ def _form(options: argparse.Namespace) -> str:
 
 def _write(content: bytes, output: str | None, form: str) -> None:
     if output is None:
-        if form in {"png", "npy"} and sys.stdout.isatty():
-            raise _UsageError(f"{form} is not for terminals; name a file with -o")
+        if form in {"png", "npy", "stl", "ply", "glb"} and sys.stdout.isatty():
+            raise UsageError(f"{form} is not for terminals; name a file with -o")
         sys.stdout.buffer.write(content)
         sys.stdout.buffer.flush()
         return
     try:
         Path(output).write_bytes(content)
     except OSError as error:
-        raise _UsageError(f"{output}: {error.strerror}") from None
-
-
-def _refusal(errors: Sequence[ErrorItem], detail: str, name: str) -> _UsageError:
-    """Say in one line what is wrong and where: in which option, or in which row of which file."""
-    if not errors:
-        return _UsageError(f"{name}: {detail}")
-    loc, message = errors[0]["loc"], errors[0]["msg"]
-    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    if loc[0] == "query":
-        return _UsageError(f"{_option(str(loc[1]))}: {message}{more}")
-    place = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc[1:])
-    return _UsageError(f"{name}: {place.removeprefix('.')}{': ' if place else ''}{message}{more}")
-
-
-def _option(name: str) -> str:
-    return f"{'-' if len(name) == 1 else '--'}{name.replace('_', '-')}"
+        raise UsageError(f"{output}: {error.strerror}") from None
 
 
 if __name__ == "__main__":

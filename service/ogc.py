@@ -51,7 +51,15 @@ LINKS = (
 )
 """From the landing document to the resources of the standard."""
 
-_TITLES = {"points": "Points", "parameters": "Parameters", "include": "Parts to include"}
+_TITLES = {
+    "points": "Points",
+    "meshes": "Meshes",
+    "range_images": "Range images",
+    "slices": "Slices",
+    "contours": "Contours",
+    "parameters": "Parameters",
+    "include": "Parts to include",
+}
 
 
 def summarise(process: Process) -> ProcessSummary:
@@ -91,14 +99,16 @@ def _common(process: Process) -> dict[str, Any]:
 
 def _inputs(process: Process) -> dict[str, InputDescription]:
     """Describe each member of a plain request as an input."""
-    schema = portable(submission_model(process.parameters, process.include).model_json_schema())
+    schema = portable(
+        submission_model(process.parameters, process.include, process.takes).model_json_schema()
+    )
     members = schema["properties"] if process.include else _without(schema["properties"], "include")
     return {
         name: InputDescription.model_validate(
             {
                 "title": _TITLES[name],
                 "description": described.get("description", ""),
-                "minOccurs": int(name in schema["required"]),
+                "minOccurs": int(name in schema.get("required", ())),
                 "schema": described,
             }
         )

@@ -13,7 +13,7 @@ from pydantic.json_schema import models_json_schema
 from starlette.responses import Response
 
 from service.answers import ProblemDocument, ResultDocument, StatusInfo
-from service.intake import MEDIA_TYPES, execute_model, submission_model
+from service.intake import MEDIA_TYPES, Takes, execute_model, submission_model
 from service.problems import MEDIA_TYPE
 from service.processes import Process
 from service.render import FORMS
@@ -33,7 +33,8 @@ _MEANINGS = {
     429: "Too many requests are waiting.",
     503: "The workers are not ready, the work took too long, or it was interrupted.",
 }
-_EXAMPLE, _EXECUTION = "ellipse", "ellipse-execution"
+_EXAMPLES: dict[Takes, str] = {"points": "ellipse", "scans": "cylinder"}
+_EXECUTION = "{}-execution"
 
 ACCEPTED: dict[str, Any] = {
     "description": "The answer takes longer than the client waits: it comes as a job.",
@@ -97,7 +98,9 @@ def process_operation(process: Process) -> dict[str, Any]:
             **problems(400, 406, 413, 415, 422, 429, 503),
         },
         "openapi_extra": {
-            "requestBody": _body(process, submission_model(process.parameters, process.include)),
+            "requestBody": _body(
+                process, submission_model(process.parameters, process.include, process.takes)
+            ),
             "parameters": [*_query(process), *HEADERS],
         },
     }
@@ -107,7 +110,7 @@ def execution_operation(process: Process) -> dict[str, Any]:
     """Give the keyword arguments of ``add_api_route`` that document the execution of a process."""
     operation = process_operation(process)
     answers = {**_answers(process), "model": process.answer | ResultDocument}
-    body = _body(process, execute_model(process.parameters, process.include))
+    body = _body(process, execute_model(process.parameters, process.include, process.takes))
     return {
         **operation,
         "operation_id": f"execute_{operation['operation_id']}",
@@ -129,7 +132,9 @@ def _form_schema(media_type: str) -> dict[str, Any]:
 
 
 def _body(process: Process, model: type[BaseModel]) -> dict[str, Any]:
-    example = _EXECUTION if "inputs" in model.model_fields else _EXAMPLE
+    example = _EXAMPLES[process.takes]
+    if "inputs" in model.model_fields:
+        example = _EXECUTION.format(example)
     special = {
         "application/json": {
             "schema": _reference(model),
@@ -137,15 +142,22 @@ def _body(process: Process, model: type[BaseModel]) -> dict[str, Any]:
         },
         "multipart/form-data": {"schema": _form(process)},
     }
-    content = {name: special.get(name, {"schema": _form_schema(name)}) for name in MEDIA_TYPES}
-    return {"required": True, "content": content, "description": _BODY}
+    content = {name: special.get(name, {"schema": _form_schema(name)}) for name in MEDIA_TYPES[process.takes]}
+    return {"required": True, "content": content, "description": _BODIES[process.takes]}
 
 
-_BODY = (
+_POINTS = (
     "A point cloud. JSON and forms bring their parameters along; with the other media types they are query "
     "parameters. `Content-Encoding: gzip` is understood. Text has a point a line, its coordinates separated "
     "by commas or blanks; `.npy` is an array of shape (N, 2) or (N, 3)."
 )
+_SCANS = (
+    "Meshes and range images, or slices, or contours. JSON and forms bring their parameters along; with the "
+    "other media types they are query parameters. A form may have several files, all in the field `file`: "
+    "PLY range grids with the `.conf` file that holds their poses, and meshes as PLY, STL or OBJ. "
+    "`Content-Encoding: gzip` is understood."
+)
+_BODIES: dict[Takes, str] = {"points": _POINTS, "scans": _SCANS}
 
 
 def _form(process: Process) -> dict[str, Any]:
@@ -154,10 +166,11 @@ def _form(process: Process) -> dict[str, Any]:
         "contentMediaType": "application/json",
         "contentSchema": _reference(process.parameters),
     }
+    files = {"type": "array", "items": _BINARY, "minItems": 1}
     return {
         "type": "object",
         "required": ["file"],
-        "properties": {"file": _BINARY, "parameters": parameters},
+        "properties": {"file": _BINARY if process.takes == "points" else files, "parameters": parameters},
         "additionalProperties": False,
     }
 
@@ -180,6 +193,8 @@ def _query(process: Process) -> list[dict[str, Any]]:
 
 def _parameter(name: str, schema: dict[str, Any]) -> dict[str, Any]:
     described = {"name": name, "in": "query", "required": False, "description": schema.pop("description", "")}
+    if "array" in {one.get("type") for one in schema.get("anyOf", [schema])}:
+        described |= {"style": "form", "explode": False}
     return described | {"schema": schema}
 
 
@@ -196,9 +211,24 @@ def _ellipse() -> dict[str, Any]:
     return {"summary": "A noisy ellipse", "value": {"points": points}}
 
 
-def _execution() -> dict[str, Any]:
-    ellipse = _ellipse()
-    return ellipse | {"value": {"inputs": ellipse["value"], "response": "raw"}}
+def _cylinder() -> dict[str, Any]:
+    """Make scans to try: half of a cylinder's side from each of two places, as range images."""
+    images = []
+    for view in (0.0, math.pi):
+        angles = [view + 0.2 * k for k in range(-9, 10)]
+        ring = [(round(10 * math.cos(angle), 3), round(10 * math.sin(angle), 3)) for angle in angles]
+        images.append({"points": [[[x, y, z] for x, y in ring] for z in range(0, 21, 2)]})
+    value = {"range_images": images, "parameters": {"levels": 5}}
+    return {"summary": "Two range images of a cylinder", "value": value}
+
+
+def _execution(example: dict[str, Any]) -> dict[str, Any]:
+    return example | {"value": {"inputs": example["value"], "response": "raw"}}
+
+
+def _examples() -> dict[str, Any]:
+    plain = {"ellipse": _ellipse(), "cylinder": _cylinder()}
+    return plain | {_EXECUTION.format(name): _execution(example) for name, example in plain.items()}
 
 
 def document(app: FastAPI, table: Iterable[Process]) -> dict[str, Any]:
@@ -217,11 +247,11 @@ def document(app: FastAPI, table: Iterable[Process]) -> dict[str, Any]:
             tags=app.openapi_tags,
             routes=app.routes,
         )
-        models = [execute_model(row.parameters, row.include) for row in table] + [ProblemDocument]
+        models = [execute_model(row.parameters, row.include, row.takes) for row in table] + [ProblemDocument]
         _, added = models_json_schema([(model, "validation") for model in models], ref_template=_REFERENCE)
         schemas = described.setdefault("components", {}).setdefault("schemas", {})
         schemas.update(added["$defs"])
         described["components"]["schemas"] = dict(sorted(schemas.items()))
-        described["components"]["examples"] = {_EXAMPLE: _ellipse(), _EXECUTION: _execution()}
+        described["components"]["examples"] = _examples()
         app.openapi_schema = described
     return app.openapi_schema

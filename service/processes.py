@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel
 
@@ -20,7 +20,17 @@ from core.parameters import (
     ReconstructParameters,
     SkeletonParameters,
 )
-from service.answers import DiagnosisAnswer, PartitionAnswer, PcaAnswer, ReconstructAnswer, SkeletonAnswer
+from core.surface.parameters import ContourParameters, SliceParameters, SurfaceParameters
+from service.answers import (
+    ContoursAnswer,
+    DiagnosisAnswer,
+    PartitionAnswer,
+    PcaAnswer,
+    ReconstructAnswer,
+    SkeletonAnswer,
+    SliceAnswer,
+    SurfaceAnswer,
+)
 
 __all__ = ["PROCESSES", "Process", "find", "process"]
 
@@ -38,17 +48,19 @@ class Process:
     title, description : str
         For people; the description may have Markdown.
     parameters : type of BaseModel
-        Its parameters, from :mod:`core.parameters`.
+        Its parameters, from :mod:`core.parameters` or :mod:`core.surface.parameters`.
     answer : type of BaseModel
         The JSON answer, from :mod:`service.answers`.
     function : str
-        ``module:name`` of ``function(points, parameters, *, progress, **{include: bool})``.
+        ``module:name`` of ``function(points or scans, parameters, *, progress, **{include: bool})``.
     include : frozenset of str
         Names allowed in ``include``; each is a flag of the function.
     forms : tuple of str
         Forms of the answer, the default first; keys of ``service.render.FORMS``.
     division : str or None
         ``module:name`` of the :class:`core.division.Division` by which large jobs fall into parts.
+    takes : {"points", "scans"}
+        What it works on: a point cloud, or :class:`core.surface.results.Scans`.
     """
 
     id: str
@@ -59,8 +71,9 @@ class Process:
     answer: type[BaseModel]
     function: str
     include: frozenset[str] = frozenset()
-    forms: tuple[str, ...] = ("json", "geojson", "csv", "svg", "png")
+    forms: tuple[str, ...] = ("json", "geojson", "csv", "svg", "png", "dxf")
     division: str | None = None
+    takes: Literal["points", "scans"] = "points"
 
     def resolve(self) -> Callable[..., Any]:
         """Import the function (in a worker or in the command line, never in the web process)."""
@@ -114,6 +127,7 @@ PROCESSES: tuple[Process, ...] = (
         parameters=PartitionParameters,
         answer=PartitionAnswer,
         function="core.methods:partition",
+        forms=("json", "geojson", "csv", "svg", "png"),
     ),
     Process(
         id="reconstruct-pca",
@@ -140,6 +154,46 @@ PROCESSES: tuple[Process, ...] = (
         function="core.methods:skeleton",
         division="core.divisions:SKELETON",
         include=frozenset({"stages"}),
+    ),
+    Process(
+        id="slice",
+        path="/slice",
+        title="Cut meshes and range images by parallel planes",
+        description="Triangulates range images, without depth discontinuities and what is seen at a grazing "
+        "angle, and cuts all meshes by planes across an axis. Each slice has its samples, and the polylines "
+        "that they lie on.",
+        parameters=SliceParameters,
+        answer=SliceAnswer,
+        function="core.surface.methods:slices",
+        takes="scans",
+    ),
+    Process(
+        id="reconstruct-contours",
+        path="/reconstruct/contours",
+        title="Reconstruct the closed contours of slices",
+        description="Takes slices, or cuts meshes and range images as `/slice` does, and reconstructs the "
+        "closed curves of each level. Levels whose samples leave gaps, or are missing, are completed from "
+        "their neighbours, and named.",
+        parameters=ContourParameters,
+        answer=ContoursAnswer,
+        function="core.surface.methods:contours",
+        division="core.divisions:CONTOURS",
+        takes="scans",
+    ),
+    Process(
+        id="reconstruct-surface",
+        path="/reconstruct/surface",
+        title="Reconstruct one closed surface from range images, meshes, slices or contours",
+        description="Reconstructs contours as `/reconstruct/contours` does, or takes those that are given, "
+        "and spans them by a closed, oriented mesh: contours may branch, merge, begin and end, and be "
+        "nested. The report is computed from the mesh itself.",
+        parameters=SurfaceParameters,
+        answer=SurfaceAnswer,
+        function="core.surface.methods:surface",
+        division="core.divisions:SURFACE",
+        include=frozenset({"slices"}),
+        forms=("json", "stl", "obj", "ply", "glb", "svg", "png"),
+        takes="scans",
     ),
 )
 

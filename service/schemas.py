@@ -52,6 +52,8 @@ def portable(schema: Schema, definitions: Schema | None = None) -> Schema:
             written["enum"] = [value]
         elif keyword == "type" and value == "null":
             written["enum"] = [None]
+        elif keyword == "prefixItems" and all(one == value[0] for one in value):
+            written["items"] = portable(value[0], definitions)
         elif keyword in KEYWORDS:
             written[keyword] = _within(keyword, value, definitions)
     if excluded:

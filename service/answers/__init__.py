@@ -20,9 +20,11 @@ from service.answers.ogc import (
 from service.answers.operations import ErrorItem, Health, Landing, ProblemDocument, Readiness
 from service.answers.partition import PartitionAnswer
 from service.answers.reconstruction import DiagnosisAnswer, PcaAnswer, ReconstructAnswer, SkeletonAnswer
+from service.answers.surface import ContoursAnswer, SliceAnswer, SurfaceAnswer
 
 __all__ = [
     "Conformance",
+    "ContoursAnswer",
     "DiagnosisAnswer",
     "ErrorItem",
     "ExampleAnswer",
@@ -46,5 +48,7 @@ __all__ = [
     "ReconstructAnswer",
     "ResultDocument",
     "SkeletonAnswer",
+    "SliceAnswer",
     "StatusInfo",
+    "SurfaceAnswer",
 ]

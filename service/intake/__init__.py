@@ -15,7 +15,8 @@ from service.intake.errors import ErrorItem, IntakeError, refuse
 from service.intake.json import load_json, paused_collector
 from service.intake.media import media_type_of_name
 from service.intake.query import Query
-from service.intake.schema import Points, submission_model
+from service.intake.scan_files import ScanFile, decode_scans
+from service.intake.schema import Points, Takes, submission_model
 from service.intake.submission import Limits, Submission, check_document
 
 __all__ = [
@@ -26,9 +27,12 @@ __all__ = [
     "Points",
     "Query",
     "Reply",
+    "ScanFile",
     "Submission",
+    "Takes",
     "check_document",
     "decode",
+    "decode_scans",
     "decompress",
     "enveloped",
     "execute_model",

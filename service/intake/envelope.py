@@ -18,7 +18,7 @@ from urllib.parse import unquote_to_bytes
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from service.intake.errors import MAX_LISTED, ErrorItem, refuse
-from service.intake.schema import submission_model
+from service.intake.schema import Takes, submission_model
 
 __all__ = ["Reply", "execute_model", "open_envelope"]
 
@@ -79,9 +79,11 @@ class Reply:
 
 
 @lru_cache(maxsize=64)
-def execute_model(parameters_model: type[BaseModel], include_allowed: frozenset[str]) -> type[BaseModel]:
+def execute_model(
+    parameters_model: type[BaseModel], include_allowed: frozenset[str], takes: Takes = "points"
+) -> type[BaseModel]:
     """Make the model of an execute request, for the OpenAPI document."""
-    inputs = submission_model(parameters_model, include_allowed)
+    inputs = submission_model(parameters_model, include_allowed, takes)
     return create_model(
         parameters_model.__name__.removesuffix("Parameters") + "Execute",
         __base__=ExecuteRequest,
@@ -114,7 +116,7 @@ def open_envelope(document: object, member: str, read: Read) -> tuple[object, Re
         422 for what is no execute request, and for links to other places.
     """
     if not isinstance(document, dict) or member not in document:
-        detail = f"the body has no member {member}; it shall hold points, and may hold parameters"
+        detail = f"the body has no member {member}; it shall hold what else is the body itself"
         raise refuse("invalid-input", detail, ("body", member), "missing")
     if "subscriber" in document:
         detail = "nobody is called back; follow the job at /jobs/{jobID}/events"

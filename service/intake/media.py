@@ -8,15 +8,42 @@ from python_multipart.multipart import parse_options_header
 
 from service.intake.errors import refuse
 
-__all__ = ["CSV", "JSON", "MULTIPART", "NPY", "PLAIN", "media_type_of_name", "parse_media_type"]
+__all__ = [
+    "CONF",
+    "CSV",
+    "JSON",
+    "MULTIPART",
+    "NPY",
+    "OBJ",
+    "PLAIN",
+    "PLY",
+    "STL",
+    "media_type_of_name",
+    "parse_media_type",
+]
 
 JSON = "application/json"
 NPY = "application/x-npy"
 CSV = "text/csv"
 PLAIN = "text/plain"
 MULTIPART = "multipart/form-data"
+PLY = "application/x-ply"
+STL = "model/stl"
+OBJ = "model/obj"
+CONF = "text/x-bmesh"  # nobody else's name: poses come beside their scans only
 
-_ENDINGS = {".json": JSON, ".npy": NPY, ".csv": CSV, ".tsv": CSV, ".txt": PLAIN, ".xyz": PLAIN}
+_ENDINGS = {
+    ".json": JSON,
+    ".npy": NPY,
+    ".csv": CSV,
+    ".tsv": CSV,
+    ".txt": PLAIN,
+    ".xyz": PLAIN,
+    ".ply": PLY,
+    ".stl": STL,
+    ".obj": OBJ,
+    ".conf": CONF,
+}
 _ENCODINGS = {".gz": "gzip", ".zst": "zstd"}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -53,8 +53,12 @@ def read_query(query: Query, model: type[BaseModel]) -> tuple[dict[str, Any], li
 
 
 def _converted(parameters: Mapping[str, str], model: type[BaseModel]) -> dict[str, Any]:
-    nulls = {name: None for name, value in parameters.items() if value.strip().lower() in _NULLS}
-    texts = {name: value for name, value in parameters.items() if name not in nulls}
+    known: dict[str, Any] = {
+        name: None for name, value in parameters.items() if value.strip().lower() in _NULLS
+    }
+    texts = {name: value for name, value in parameters.items() if name not in known}
+    for name in texts.keys() & _sequences(model):
+        known[name] = _numbers(texts.pop(name), name)
     try:
         values = model.model_validate_strings(texts)
     except ValidationError as error:
@@ -64,4 +68,23 @@ def _converted(parameters: Mapping[str, str], model: type[BaseModel]) -> dict[st
         ]
         where = ".".join(map(str, items[0]["loc"][1:]))
         raise refuse("invalid-parameter", f"{where}: {items[0]['msg']}"[:300], errors=items) from None
-    return nulls | {name: getattr(values, name) for name in values.model_fields_set}
+    return known | {name: getattr(values, name) for name in values.model_fields_set}
+
+
+def _sequences(model: type[BaseModel]) -> set[str]:
+    """Name the parameters that are several numbers."""
+    return {
+        name
+        for name, field in model.model_fields.items()
+        if tuple in {get_origin(one) for one in (field.annotation, *get_args(field.annotation))}
+    }
+
+
+def _numbers(text: str, name: str) -> list[float]:
+    """Read numbers separated by commas or blanks, in brackets or not."""
+    words = text.strip().removeprefix("[").removesuffix("]").replace(",", " ").split()
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        detail = f"{name}: this is no list of numbers, such as 0,0,1"
+        raise refuse("invalid-parameter", detail, ("query", name), "float_parsing") from None

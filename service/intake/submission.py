@@ -1,4 +1,4 @@
-"""From a document — points, parameters, what to include — to checked arrays and models."""
+"""From a document — points or scans, parameters, what to include — to checked arrays and models."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
+from core.surface.results import Scans
 from service.intake.envelope import Reply
 from service.intake.errors import MAX_LISTED, ErrorItem, IntakeError, refuse
 from service.intake.query import Query, read_query
-from service.intake.schema import submission_model
+from service.intake.scans import KINDS, size_of
+from service.intake.schema import Takes, submission_model
 
 __all__ = ["Limits", "Submission", "check_document"]
 
 Place = tuple[str | int, ...]
-_KINDS = {"points": "invalid-points", "parameters": "invalid-parameter"}
+_KINDS = dict.fromkeys(("points", *KINDS), "invalid-points") | {"parameters": "invalid-parameter"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +38,8 @@ class Submission:
 
     Attributes
     ----------
-    points : (N, 2) or (N, 3) array
-        C-contiguous float64, finite, N at least 1.
+    data : (N, 2) or (N, 3) array, or Scans
+        Points are C-contiguous float64, finite, N at least 1.
     parameters : BaseModel
         An instance of the model that was asked for.
     include : frozenset of str
@@ -46,10 +48,15 @@ class Submission:
         What an execute request says of the answer.
     """
 
-    points: NDArray[np.float64]
+    data: NDArray[np.float64] | Scans
     parameters: BaseModel
     include: frozenset[str]
     reply: Reply = field(default_factory=Reply)
+
+    @property
+    def points(self) -> NDArray[np.float64] | None:
+        """The points, which pictures show; None for scans."""
+        return None if isinstance(self.data, Scans) else self.data
 
 
 def check_document(
@@ -59,8 +66,11 @@ def check_document(
     include_allowed: frozenset[str],
     limits: Limits,
     loc: Place = ("body",),
+    takes: Takes = "points",
 ) -> Submission:
     """Check ``{"points": …, "parameters": …, "include": …}``, with what the query string adds.
+
+    Where a process takes scans, they come in place of ``points``.
 
     Parameters
     ----------
@@ -73,6 +83,7 @@ def check_document(
     limits : Limits
     loc : tuple
         Where the document lies in the body, for the places of errors.
+    takes : {"points", "scans"}
 
     Raises
     ------
@@ -81,28 +92,32 @@ def check_document(
     """
     asked, include = read_query(query, parameters_model)
     queried: set[Place] = {("parameters", name) for name in asked}
+    model: Any = submission_model(parameters_model, include_allowed, takes)
     if isinstance(document, dict):
         if include and "include" not in document:
             queried.add(("include", 0))
-        _check_count(document.get("points"), limits.max_points)
+        _check_count(document, takes, limits.max_points)
         document = _merged(document, asked, include, loc)
-        document = _without_excess(document, {"points", "parameters", "include"})
+        document = _without_excess(document, model.model_fields)
         if isinstance(document.get("parameters"), dict):
             document["parameters"] = _without_excess(document["parameters"], parameters_model.model_fields)
-    model = submission_model(parameters_model, include_allowed)
     try:
         checked: Any = model.model_validate(document)
     except ValidationError as error:
         raise _invalid(error, queried, loc) from None
-    return Submission(checked.points, checked.parameters, frozenset(checked.include))
+    data = checked.points if takes == "points" else checked.scans()
+    return Submission(data, checked.parameters, frozenset(checked.include))
 
 
-def _check_count(points: Any, limit: int) -> None:
+def _check_count(document: dict[str, Any], takes: Takes, limit: int) -> None:
+    count = size_of(document) if takes == "scans" else _count(document.get("points"))
+    if count > limit:
+        raise refuse("too-many-points", f"{count} points are more than the {limit} allowed; thin them out")
+
+
+def _count(points: Any) -> int:
     sized = isinstance(points, list) or (isinstance(points, np.ndarray) and points.ndim > 0)
-    if sized and len(points) > limit:
-        raise refuse(
-            "too-many-points", f"{len(points)} points are more than the {limit} allowed; thin them out"
-        )
+    return len(points) if sized else 0
 
 
 def _merged(
@@ -135,7 +150,7 @@ def _invalid(error: ValidationError, queried: set[Place], loc: Place) -> IntakeE
     items: list[ErrorItem] = []
     for item in found:
         place = item["loc"]
-        name = place[0] if place[:1] == ("include",) else place[-1] if place else ""
+        name = place[0] if place[:1] == ("include",) else place[1] if len(place) > 1 else ""
         where = ("query", name) if place[:2] in queried else (*loc, *place)
         items.append({"loc": list(where), "msg": item["msg"], "type": item["type"]})
     member = str(found[0]["loc"][0]) if found[0]["loc"] else ""

@@ -62,7 +62,8 @@ def enter(answers: Connection, function: str, arguments: tuple[object, ...], mem
     except BaseException:
         answer = "failure", traceback.format_exc()
     progress.close()
-    answers.send(answer)
+    with suppress(OSError):
+        answers.send(answer)
     os._exit(0)  # no finaliser of a library may hold us up
 
 
@@ -85,7 +86,8 @@ class _Progress:
             latest = self._latest
             if latest != sent:
                 sent = latest
-                self._answers.send(("progress", *latest))  # type: ignore[misc]
+                with suppress(OSError):  # the worker has just died, and we are about to
+                    self._answers.send(("progress", *latest))  # type: ignore[misc]
 
     def close(self) -> None:
         self._over.set()

@@ -23,6 +23,8 @@ from service.jobs import cradle
 
 __all__ = ["Ended", "Limits", "Nursery"]
 
+WARM_UP_SECONDS = 600.0  # compiling every kernel on a slow machine
+
 Report = Callable[[float, str], None]
 
 
@@ -68,7 +70,7 @@ class Nursery:
 
     def warm(self) -> None:
         """Wait until the process that the others are forked from has compiled everything."""
-        self.run("warm", "service.jobs.cradle:ready", (), lambda _fraction, _message: None)
+        self.run("warm", "service.jobs.cradle:ready", (), lambda _fraction, _message: None, WARM_UP_SECONDS)
 
     @property
     def names(self) -> list[str]:
@@ -76,8 +78,17 @@ class Nursery:
         with self._lock:
             return [name for name in self._running if name != "warm"]
 
-    def run(self, name: str, function: str, arguments: tuple[object, ...], report: Report) -> Any:
+    def run(
+        self,
+        name: str,
+        function: str,
+        arguments: tuple[object, ...],
+        report: Report,
+        seconds: float | None = None,
+    ) -> Any:
         """Call ``module:name`` with arguments and ``progress=`` in a process of its own.
+
+        It may take so many seconds, or those of the limits.
 
         Raises
         ------
@@ -96,7 +107,7 @@ class Nursery:
             self._running[name] = process
         theirs.close()
         try:
-            return self._attend(process, ours, report)
+            return self._attend(process, ours, report, seconds or self._limits.seconds)
         finally:
             process.kill()
             process.join()
@@ -107,8 +118,8 @@ class Nursery:
             process.close()
             ours.close()
 
-    def _attend(self, process: ForkServerProcess, ours: Connection, report: Report) -> Any:
-        deadline = time.monotonic() + self._limits.seconds
+    def _attend(self, process: ForkServerProcess, ours: Connection, report: Report, seconds: float) -> Any:
+        deadline = time.monotonic() + seconds
         while connection.wait([ours], max(deadline - time.monotonic(), 0.0)):
             try:
                 kind, *told = ours.recv()

@@ -64,7 +64,7 @@ def begin(table: str, store_url: str, job: str, order: Told, *, progress: Progre
         if parts:
             return {"parts": parts}
         result = row.resolve()(
-            submission.points,
+            submission.data,
             submission.parameters,
             progress=within(progress, 0.02, 0.95),
             **row.flags(submission.include),
@@ -97,7 +97,7 @@ def join(table: str, store_url: str, job: str, order: Told, parts: int, *, progr
         submission = _submission(store, row, asked)
         solved = [thaw(store.read(part_name(job, k, "solution"))) for k in range(parts)]
         joined = resolve(row.division or "").join(
-            submission.points,
+            submission.data,
             submission.parameters,
             solved,
             progress=within(progress, 0.1, 0.95),
@@ -139,6 +139,7 @@ def _submission(store: Store, row: Process, order: Order) -> Submission:
         row.include,
         limits,
         order.envelope,
+        row.takes,
     )
     settle(submission.reply, order.form, order.decided, row.forms)  # refused now rather than at the end
     return submission
@@ -148,7 +149,7 @@ def _divided(store: Store, row: Process, job: str, submission: Submission) -> in
     """Write the parts of a job that is worth dividing, and say how many there are."""
     if row.division is None:
         return 0
-    parts: Sequence[object] = resolve(row.division).split(submission.points, submission.parameters)
+    parts: Sequence[object] = resolve(row.division).split(submission.data, submission.parameters)
     for number, part in enumerate(parts):
         store.write(part_name(job, number, "question"), freeze(part))
     return len(parts)

@@ -35,8 +35,11 @@ WATCH_SECONDS = 0.2
 PART_TO_JOB_POLLS = 4  # parts are long, and seldom
 REPORT_SECONDS = 0.5
 PATIENCE_SECONDS = 2.0
-MOST_RECOVERIES = 3
-"""How many workers a job may take with it."""
+MOST_RECOVERIES = 20
+"""How many workers may die under a job: many, for they die of deployments and by other jobs too.
+
+A job that kills its own process only is given up much sooner, without any harm to its worker.
+"""
 
 _log = logging.getLogger("service.jobs")
 Told = dict[str, Any]
@@ -70,7 +73,7 @@ class JobWorker:
     def run(self) -> None:
         """Compute jobs until a signal says to stop; to be called in the main thread."""
         for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, lambda *_: self._over.set())
+            signal.signal(number, lambda *_: self.stop())
         self._nursery.warm()  # here, for the fork server ends with the thread that began it
         launched = self._launched()
         if launched is None:
@@ -95,8 +98,8 @@ class JobWorker:
         roll.leave()
 
     def stop(self) -> None:
-        """Let `run` return soon."""
-        self._over.set()
+        """Let `run` return soon (from a thread: a signal may come while the event's own lock is held)."""
+        threading.Thread(target=self._over.set, daemon=True).start()
 
     def _launched(self) -> tuple[Roll, DBOS] | None:
         """Wait for the database and launch the engine; None when we are to stop before."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from core.results import Partition, Reconstruction
 from service.render.documents import dump_json, floats
 
-__all__ = ["points_table", "table"]
+__all__ = ["points_table", "rows", "table"]
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def _(result: Partition, points: Floats | None = None) -> bytes:
     if points is None:
         raise TypeError("the table of a partition needs the points")
     labels = dump_json(result.labels.astype(np.int64)).strip(b"[]").split(b",")
-    lines = map(b",".join, zip(_rows(points), labels, strict=True)) if len(points) else ()
+    lines = map(b",".join, zip(rows(points), labels, strict=True)) if len(points) else ()
     return b"\n".join([_names(points.shape[1]) + b",label", *lines, b""])
 
 
@@ -38,22 +38,20 @@ def _(result: Reconstruction, points: Floats | None = None) -> bytes:
         result.curves[0].vertices.shape[1] if result.curves else 2 if points is None else points.shape[1]
     )
     lines = [
-        b"%d,%s" % (number, row)
-        for number, curve in enumerate(result.curves)
-        for row in _rows(curve.vertices)
+        b"%d,%s" % (number, row) for number, curve in enumerate(result.curves) for row in rows(curve.vertices)
     ]
     return b"\n".join([b"curve," + _names(dimension), *lines, b""])
 
 
 def points_table(points: Floats) -> bytes:
     """Return the CSV of a point set: columns x, y[, z]."""
-    return b"\n".join([_names(points.shape[1]), *_rows(points), b""])
+    return b"\n".join([_names(points.shape[1]), *rows(points), b""])
 
 
 def _names(dimension: int) -> bytes:
     return b",".join([b"x", b"y", b"z"][:dimension])
 
 
-def _rows(points: Floats) -> list[bytes]:
-    """Write each point as ``x,y[,z]``: JSON rows without their brackets, which ``orjson`` writes fastest."""
+def rows(points: Floats) -> list[bytes]:
+    """Return each point as ``x,y[,z]``: JSON rows without their brackets, which ``orjson`` writes fastest."""
     return dump_json(floats(points))[2:-2].split(b"],[") if len(points) else []

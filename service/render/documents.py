@@ -37,7 +37,15 @@ from core.results import (
     Warn,
 )
 
-__all__ = ["document", "dump_json", "floats", "multipolygon"]
+__all__ = [
+    "Document",
+    "curve_document",
+    "document",
+    "dump_json",
+    "floats",
+    "multipolygon",
+    "warning_document",
+]
 
 Document = dict[str, Any]
 
@@ -82,7 +90,7 @@ def _(result: Partition) -> Document:
             }
             for component in result.components
         ],
-        "warnings": [_warning(warning) for warning in result.warnings],
+        "warnings": [warning_document(warning) for warning in result.warnings],
     }
 
 
@@ -92,7 +100,7 @@ def _(result: Reconstruction) -> Document:
     return {
         "method": result.method,
         "reason": result.reason,
-        "curves": [_curve(curve) for curve in result.curves],
+        "curves": [curve_document(curve) for curve in result.curves],
         "crossings": [
             {"location": floats(crossing.location), "curves": crossing.curves, "angle": crossing.angle}
             for crossing in result.crossings
@@ -100,7 +108,7 @@ def _(result: Reconstruction) -> Document:
         "outliers": _integers(result.outliers),
         "sampling": _sampling(result.sampling),
         "frames": [_frame(frame) for frame in result.frames],
-        "warnings": [_warning(warning) for warning in result.warnings],
+        "warnings": [warning_document(warning) for warning in result.warnings],
         **_choice(result),
         **_skeleton(result),
         **stages,
@@ -121,7 +129,7 @@ def _(result: Diagnosis) -> Document:
         "frames": [_frame(frame) for frame in result.frames],
         "decisions": [_evidence(evidence) for evidence in result.decisions],
         "alternatives": [_evidence(evidence) for evidence in result.alternatives],
-        "warnings": [_warning(warning) for warning in result.warnings],
+        "warnings": [warning_document(warning) for warning in result.warnings],
     }
 
 
@@ -209,7 +217,8 @@ def _graph(graph: Graph) -> Document:
     }
 
 
-def _curve(curve: Curve) -> Document:
+def curve_document(curve: Curve) -> Document:
+    """Return the document of a curve."""
     errors = curve.standard_errors
     return {
         "vertices": floats(curve.vertices),
@@ -322,6 +331,7 @@ def _delaunay(delaunay: Delaunay) -> Document:
     }
 
 
-def _warning(warning: Warn) -> Document:
+def warning_document(warning: Warn) -> Document:
+    """Return the document of a warning."""
     place = {} if warning.location is None else {"location": floats(warning.location)}
     return {"code": warning.code, "message": warning.message, **place}

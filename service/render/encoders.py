@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from service.render.csv import table
 from service.render.documents import document, dump_json
+from service.render.dxf import lines, write_dxf
 from service.render.geojson import feature_collection
+from service.render.meshes import mesh_of, write_glb, write_obj, write_ply, write_stl
 from service.render.pictures import scene
 from service.render.png import draw_png
 from service.render.report import report
@@ -27,6 +29,11 @@ _ENCODERS: dict[str, Callable[[Any, Floats | None], bytes]] = {
     "txt": lambda result, _: report(result).encode(),
     "svg": lambda result, points: draw_svg(scene(result, points)),
     "png": lambda result, points: draw_png(scene(result, points)),
+    "dxf": lambda result, _: write_dxf(lines(result)),
+    "stl": lambda result, _: write_stl(mesh_of(result)),
+    "obj": lambda result, _: write_obj(mesh_of(result)),
+    "ply": lambda result, _: write_ply(mesh_of(result)),
+    "glb": lambda result, _: write_glb(mesh_of(result)),
 }
 
 

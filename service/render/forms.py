@@ -15,6 +15,11 @@ FORMS: dict[str, str] = {
     "txt": "text/plain",
     "svg": "image/svg+xml",
     "png": "image/png",
+    "dxf": "image/vnd.dxf",
+    "stl": "model/stl",
+    "obj": "model/obj",
+    "ply": "application/x-ply",
+    "glb": "model/gltf-binary",
 }
 """Form, as in ``?format=`` and in file names, to media type."""
 

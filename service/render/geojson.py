@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from core.results import Crossing, Curve, Graph, GraphEdge, GraphNode, Partition, Reconstruction, TapePolygon
 from service.render.documents import floats, multipolygon
 
-__all__ = ["feature_collection"]
+__all__ = ["Feature", "collection", "curve_feature", "feature", "feature_collection"]
 
 Feature = dict[str, Any]
 Floats = NDArray[np.float64]
@@ -42,9 +42,9 @@ def _(result: Partition, points: Floats | None = None) -> Feature:
     order = np.argsort(result.labels, kind="stable")
     labels, starts = np.unique(result.labels[order], return_index=True)
     groups = np.split(order, starts[1:]) if len(order) else []
-    return _collection(
+    return collection(
         [
-            _feature("MultiPoint", floats(points[group]), {"label": int(label), "size": len(group)})
+            feature("MultiPoint", floats(points[group]), {"label": int(label), "size": len(group)})
             for label, group in zip(labels, groups, strict=True)
         ]
     )
@@ -54,9 +54,9 @@ def _(result: Partition, points: Floats | None = None) -> Feature:
 def _(result: Reconstruction, points: Floats | None = None) -> Feature:  # noqa: ARG001 # curves say it all
     """One LineString a curve, one Point a crossing; then the tape and the graph of a skeleton, if any."""
     graph = result.graph or Graph((), ())
-    return _collection(
+    return collection(
         [
-            *[_curve(number, curve) for number, curve in enumerate(result.curves)],
+            *[curve_feature(number, curve) for number, curve in enumerate(result.curves)],
             *[_crossing(crossing) for crossing in result.crossings],
             *_tape(result.tape or ()),
             *[_node(number, node) for number, node in enumerate(graph.nodes)],
@@ -65,7 +65,8 @@ def _(result: Reconstruction, points: Floats | None = None) -> Feature:  # noqa:
     )
 
 
-def _curve(number: int, curve: Curve) -> Feature:
+def curve_feature(number: int, curve: Curve) -> Feature:
+    """Return a curve as a LineString."""
     vertices, errors = floats(curve.vertices), curve.standard_errors
     if curve.closed or len(vertices) == 1:  # a LineString has at least two positions
         vertices = np.vstack([vertices, vertices[:1]])
@@ -80,12 +81,12 @@ def _curve(number: int, curve: Curve) -> Feature:
         "rms_residual": curve.rms_residual,
         "standard_errors": None if errors is None else floats(errors),  # one for each position
     }
-    return _feature("LineString", vertices, properties)
+    return feature("LineString", vertices, properties)
 
 
 def _crossing(crossing: Crossing) -> Feature:
     properties = {"kind": "crossing", "curves": crossing.curves, "angle": crossing.angle}
-    return _feature("Point", floats(crossing.location), properties)
+    return feature("Point", floats(crossing.location), properties)
 
 
 def _tape(tape: Iterable[TapePolygon]) -> list[Feature]:
@@ -94,7 +95,7 @@ def _tape(tape: Iterable[TapePolygon]) -> list[Feature]:
     for polygon in tape:
         components.setdefault(polygon.component, []).append(polygon)
     return [
-        _feature(
+        feature(
             "MultiPolygon",
             multipolygon(polygons)["coordinates"],
             {"kind": "tape", "component": component},
@@ -111,7 +112,7 @@ def _node(number: int, node: GraphNode) -> Feature:
         "radius": node.radius,
         "degree": node.degree,
     }
-    return _feature("MultiPoint", [floats(node.location)], properties)
+    return feature("MultiPoint", [floats(node.location)], properties)
 
 
 def _edge(number: int, edge: GraphEdge) -> Feature:
@@ -122,10 +123,11 @@ def _edge(number: int, edge: GraphEdge) -> Feature:
         "length": edge.length,
         "widths": floats(edge.widths),
     }
-    return _feature("MultiLineString", [floats(edge.vertices)], properties)
+    return feature("MultiLineString", [floats(edge.vertices)], properties)
 
 
-def _feature(kind: str, coordinates: object, properties: dict[str, Any]) -> Feature:
+def feature(kind: str, coordinates: object, properties: dict[str, Any]) -> Feature:
+    """Return a feature by its type of geometry."""
     return {
         "type": "Feature",
         "geometry": {"type": kind, "coordinates": coordinates},
@@ -133,5 +135,6 @@ def _feature(kind: str, coordinates: object, properties: dict[str, Any]) -> Feat
     }
 
 
-def _collection(features: list[Feature]) -> Feature:
+def collection(features: list[Feature]) -> Feature:
+    """Return the FeatureCollection of features."""
     return {"type": "FeatureCollection", "features": features}

@@ -1,4 +1,4 @@
-"""Where a picture's paper lies: the plane that a result is projected on before it is drawn."""
+"""Where a picture's paper lies: the plane that a result is projected on before it is drawn, and the eye."""
 
 from __future__ import annotations
 
@@ -7,10 +7,29 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["paper_of"]
+__all__ = ["paper_of", "three_quarter"]
 
 Floats = NDArray[np.float64]
 _ABOVE_FRONT_RIGHT = np.array([0.30, -0.45, 0.84])  # from where one looks, when both sides would do
+_ASIDE, _ABOVE = np.radians(30.0), np.radians(25.0)
+
+
+def three_quarter(frame: Floats, above: float = _ABOVE) -> Floats:
+    """Return the rows right, up and towards the eye, of a look at a thing from its front right and above.
+
+    Parameters
+    ----------
+    frame : (3, 3) array
+        The thing's own axes: its right, its back and what points up.
+    above : float
+        Elevation of the eye, in radians.
+    """
+    (sin_a, cos_a), (sin_e, cos_e) = (np.sin(_ASIDE), np.cos(_ASIDE)), (np.sin(above), np.cos(above))
+    right = [cos_a, sin_a, 0.0]
+    up = [-sin_a * sin_e, cos_a * sin_e, cos_e]
+    eye = [sin_a * cos_e, -cos_a * cos_e, sin_e]
+    rows: Floats = np.array([right, up, eye]) @ frame
+    return rows
 
 
 def paper_of(sets: Iterable[Floats]) -> Callable[[Floats], Floats]:

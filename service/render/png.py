@@ -66,6 +66,9 @@ def _draw(axes: Axes, scene: Scene, low: Floats, high: Floats, pen: float) -> No
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_title(scene.title if scene.unit == 1.0 else f"{scene.title}, in units of {scene.unit:.6g}")
+    if scene.bare:
+        axes.set_axis_off()
+    _draw_pictures(axes, scene)
     _draw_areas(axes, scene, pen)
     _draw_segments(axes, scene, pen)
     _draw_dots(axes, scene, low, high, pen)
@@ -99,6 +102,12 @@ def _size(extent: Floats, long_side: float) -> tuple[float, float]:
     """Size of a picture in inches: the shape of the scene, within reason."""
     width, height = np.maximum(extent / extent.max(), 0.3) * long_side
     return float(width), float(height)
+
+
+def _draw_pictures(axes: Axes, scene: Scene) -> None:
+    for picture in scene.pictures:
+        (left, bottom), (right, top) = picture.low, picture.high
+        axes.imshow(picture.pixels, origin="lower", extent=(left, right, bottom, top), aspect="equal")
 
 
 def _draw_areas(axes: Axes, scene: Scene, pen: float) -> None:

@@ -22,6 +22,7 @@ __all__ = [
     "Dots",
     "Marks",
     "Path",
+    "Picture",
     "Scene",
     "Segments",
     "Sheet",
@@ -118,13 +119,27 @@ class Marks:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """Pixels (H, W, 4) of red, green, blue and opacity, 0 to 255, the lowest row first, and where they lie.
+
+    ``low`` and ``high`` (2,) are the corners of the first and the last pixel.
+    """
+
+    pixels: NDArray[np.uint8]
+    low: Floats
+    high: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Scene:
     """One picture, in input units times ``1 / unit``; y points up.
 
-    What comes first here is drawn first, and lies below the rest.
+    What comes first here is drawn first, and lies below the rest. A ``bare`` one has coordinates that
+    mean nothing to who looks at it, and is shown without axes.
     """
 
     title: str
+    pictures: tuple[Picture, ...] = ()
     areas: tuple[Area, ...] = ()
     segments: tuple[Segments, ...] = ()
     dots: tuple[Dots, ...] = ()
@@ -133,6 +148,7 @@ class Scene:
     paths: tuple[Path, ...] = ()
     marks: tuple[Marks, ...] = ()
     unit: float = 1.0
+    bare: bool = False
 
     def bounds(self) -> Bounds:
         """Lower and upper corner of all that is shown; a unit square about nothing."""
@@ -151,6 +167,7 @@ class Scene:
         return {group.name: group.colour for group in groups if group.name}
 
     def _arrays(self) -> Iterator[Floats]:
+        yield from (np.array([picture.low, picture.high]) for picture in self.pictures)
         for area in self.areas:
             yield from area.rings
         yield from (group.ends.reshape(-1, 2) for group in self.segments)
@@ -164,10 +181,14 @@ class Scene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheet:
-    """Several pictures of one thing, by name; they show the same part of the plane at the same scale."""
+    """Several pictures of one thing, by name; they show the same part of the plane at the same scale.
+
+    That part is the ``box``, if there is one: lower and upper corner.
+    """
 
     title: str
     panels: dict[str, Scene]
+    box: Bounds | None = None
 
     @property
     def columns(self) -> int:
@@ -176,6 +197,8 @@ class Sheet:
         return 2 if width > 1.5 * height else 4
 
     def bounds(self) -> Bounds:
-        """Lower and upper corner of the last picture: what sticks out of it elsewhere is cut."""
+        """Lower and upper corner of the box or the last picture: what sticks out of it elsewhere is cut."""
+        if self.box is not None:
+            return self.box
         *_, last = self.panels.values()
         return last.bounds()

@@ -11,7 +11,7 @@ from core.results import Delaunay, Graph, Reconstruction, SkeletonStages
 from service.render.pen import Pen
 from service.render.scenes import COLOURS, GREY, LINE, Area, Dots, Marks, Scene, Segments
 
-__all__ = ["MOST_SHAPES", "skeleton_stages"]
+__all__ = ["MOST_SHAPES", "skeleton_stages", "visible"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -56,7 +56,7 @@ def skeleton_stages(
 
 def _triangulation(delaunay: Delaunay, paper: Floats) -> Scene:
     edges = _edges(delaunay.triangles)
-    return Scene("Delaunay triangles", segments=(Segments(_visible(paper[edges]), LINE),))
+    return Scene("Delaunay triangles", segments=(Segments(visible(paper[edges]), LINE),))
 
 
 def _edges(triangles: Ints) -> Ints:
@@ -66,13 +66,13 @@ def _edges(triangles: Ints) -> Ints:
     return np.column_stack(np.divmod(np.unique(both[:, 0] * base + both[:, 1]), base))
 
 
-def _visible(ends: Floats) -> Floats:
-    """Thin segments out: the longest half of those that may be drawn stay, and of the others some."""
-    if len(ends) <= MOST_SHAPES:
+def visible(ends: Floats, most: int = MOST_SHAPES) -> Floats:
+    """Thin segments (E, 2, 2) out: the longest half of what may be drawn stays, and of the others some."""
+    if len(ends) <= most:
         return ends
     order = np.argsort(-np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), kind="stable")
-    long, short = order[: MOST_SHAPES // 2], order[MOST_SHAPES // 2 :]
-    some = np.random.default_rng(0).choice(short, MOST_SHAPES // 2, replace=False, shuffle=False)
+    long, short = order[: most // 2], order[most // 2 :]
+    some = np.random.default_rng(0).choice(short, most // 2, replace=False, shuffle=False)
     kept: Floats = ends[np.sort(np.concatenate([long, some]))]
     return kept
 
@@ -109,9 +109,7 @@ def _border(stages: SkeletonStages, pen: Pen, tape: tuple[Area, ...]) -> Scene:
 def _voronoi(stages: SkeletonStages, pen: Pen, tape: tuple[Area, ...]) -> Scene:
     ends = stages.voronoi
     drawn = pen(ends.reshape(-1, ends.shape[2])).reshape(-1, 2, 2)
-    return Scene(
-        "Voronoi edges, hair included", areas=tape, segments=(Segments(_visible(drawn), COLOURS[0]),)
-    )
+    return Scene("Voronoi edges, hair included", areas=tape, segments=(Segments(visible(drawn), COLOURS[0]),))
 
 
 def _graph(graph: Graph, pen: Pen, tape: tuple[Area, ...]) -> Scene:

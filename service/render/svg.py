@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from base64 import b64encode
 from collections.abc import Iterator
 from html import escape
+from io import BytesIO
 from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.render.scenes import Area, Band, Circle, Dots, Marks, Path, Scene, Segments, Sheet
+from service.render.scenes import Area, Band, Circle, Dots, Marks, Path, Picture, Scene, Segments, Sheet
 
 __all__ = ["MAX_DOTS", "draw_svg"]
 
@@ -68,6 +70,8 @@ def _document(title: str, about: str, width: float, height: float, lines: Iterat
 
 
 def _description(scene: Scene, paper: _Paper) -> str:
+    if scene.bare:
+        return _extent(scene, paper) + "."
     total = _count(scene)
     text = f"{_extent(scene, paper)}; {len(scene.paths)} curves, {total} points"
     if total > MAX_DOTS:
@@ -77,7 +81,11 @@ def _description(scene: Scene, paper: _Paper) -> str:
 
 def _extent(scene: Scene, paper: _Paper) -> str:
     x0, y0, x1, y1 = paper.box
-    text = f"x from {x0:.6g} to {x1:.6g}, y from {y0:.6g} to {y1:.6g}"
+    text = (
+        f"{x1 - x0:.6g} wide, {y1 - y0:.6g} high"
+        if scene.bare
+        else f"x from {x0:.6g} to {x1:.6g}, y from {y0:.6g} to {y1:.6g}"
+    )
     return text if scene.unit == 1.0 else f"{text}, in units of {scene.unit:.6g}"
 
 
@@ -126,6 +134,7 @@ def _shapes(scene: Scene, paper: _Paper, most_dots: int) -> Iterator[str]:
     """Draw the shapes of a scene, the lowest first."""
     total = _count(scene)
     share = min(1.0, most_dots / total) if total else 1.0
+    yield from (_picture(picture, paper) for picture in scene.pictures)
     yield from (_area(area, paper) for area in scene.areas)
     yield from (_segments(group, paper) for group in scene.segments)
     yield from (_dots(group, paper, share) for group in scene.dots)
@@ -134,6 +143,19 @@ def _shapes(scene: Scene, paper: _Paper, most_dots: int) -> Iterator[str]:
     yield from (_band(band, paper) for band in scene.bands)
     yield from (_path(path, paper) for path in scene.paths)
     yield from (_marks(group, paper) for group in scene.marks)
+
+
+def _picture(picture: Picture, paper: _Paper) -> str:
+    """Put pixels in as a PNG of their own."""
+    from PIL import Image  # noqa: PLC0415 # only such pictures need it
+
+    file = BytesIO()
+    Image.fromarray(picture.pixels[::-1]).save(file, format="png")
+    (left, bottom), (right, top) = paper.place(np.array([picture.low, picture.high])).tolist()
+    return (
+        f'<image x="{left:.2f}" y="{top:.2f}" width="{right - left:.2f}" height="{bottom - top:.2f}"'
+        f' preserveAspectRatio="none" href="data:image/png;base64,{b64encode(file.getvalue()).decode()}"/>'
+    )
 
 
 def _area(area: Area, paper: _Paper) -> str:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import orjson
 from numpy.typing import NDArray
 
 from core.errors import InvalidInput
-from service.intake import IntakeError, Limits, Submission, decode
+from service.intake import IntakeError, Limits, Submission, Takes, decode
 from service.problems import Problem, problem
 from service.processes import Process
-from service.render import Settled, enclose, encode, settle
+from service.render import Settled, dump_json, enclose, encode, settle
 from service.work.body import Body
 
 __all__ = ["Answer", "Execution", "execute", "source_of", "warm", "write"]
@@ -72,6 +71,7 @@ def execute(execution: Execution) -> Answer | Problem:
             process.include,
             execution.limits,
             execution.envelope,
+            process.takes,
         )
         settled = settle(submission.reply, execution.form, execution.decided, process.forms)
         result = clock("compute", _compute, process, submission)
@@ -83,7 +83,7 @@ def execute(execution: Execution) -> Answer | Problem:
     return Answer(content, settled.media_type, clock.seconds)
 
 
-def write(result: object, settled: Settled, points: NDArray[np.float64]) -> bytes:
+def write(result: object, settled: Settled, points: NDArray[np.float64] | None) -> bytes:
     """Write a result as it has been settled."""
     content = encode(result, settled.form, points)
     return enclose(content, settled.form) if settled.document else content
@@ -91,7 +91,7 @@ def write(result: object, settled: Settled, points: NDArray[np.float64]) -> byte
 
 def _compute(process: Process, submission: Submission) -> Any:
     flags = process.flags(submission.include)
-    return process.resolve()(submission.points, submission.parameters, **flags)
+    return process.resolve()(submission.data, submission.parameters, **flags)
 
 
 def source_of(error: InvalidInput, query: Pairs, envelope: str | None = None) -> tuple[str, ...]:
@@ -103,28 +103,51 @@ def source_of(error: InvalidInput, query: Pairs, envelope: str | None = None) ->
 
 
 def warm(processes: Iterable[Process]) -> None:
-    """Import and compile all that requests will need: every process in every form, on noisy circles.
+    """Import and compile all that requests will need: every process in every form, on circles.
 
     What they raise is passed on: a worker that cannot warm up can do no work.
     """
     limits = Limits(max_points=10_000, max_bytes=1_000_000)
     for process in processes:
-        for points in _circles():
-            body = orjson.dumps({"points": points.tolist(), "include": sorted(process.include)})
+        for given in _TRIALS[process.takes]():
+            body = dump_json({**given, "include": sorted(process.include)})
             submission = decode(
-                body, "application/json", None, (), process.parameters, process.include, limits
+                body,
+                "application/json",
+                None,
+                (),
+                process.parameters,
+                process.include,
+                limits,
+                takes=process.takes,
             )
             result = _compute(process, submission)  # once for all forms: workers shall be ready soon
             for form in process.forms:
                 encode(result, form, submission.points)
 
 
-def _circles() -> tuple[Any, Any]:
+def _circles() -> Iterator[dict[str, Any]]:
     """Draw a noisy circle in the plane and a tilted one in space."""
     rng = np.random.default_rng(0)
     angle = rng.uniform(0, 2 * np.pi, 400)
     flat = np.column_stack([np.cos(angle), np.sin(angle)]) + rng.normal(0, 0.01, (400, 2))
-    return flat, np.column_stack([flat, flat.sum(axis=1) + rng.normal(0, 0.01, 400)])
+    yield {"points": flat}
+    yield {"points": np.column_stack([flat, flat.sum(axis=1) + rng.normal(0, 0.01, 400)])}
+
+
+def _barrel() -> Iterator[dict[str, Any]]:
+    """Scan a barrel from three sides."""
+    rng = np.random.default_rng(0)
+    height, angle = np.mgrid[-1.0:1.0:9j, -1.2:1.2:17j]
+    images = []
+    for view in (0.0, 2.1, 4.2):
+        wide = 1.0 - 0.1 * height**2 + rng.normal(0, 0.005, height.shape)
+        points = np.dstack([wide * np.cos(angle + view), wide * np.sin(angle + view), height])
+        images.append({"points": points.tolist()})
+    yield {"range_images": images, "parameters": {"levels": 3}}
+
+
+_TRIALS: dict[Takes, Callable[[], Iterator[dict[str, Any]]]] = {"points": _circles, "scans": _barrel}
 
 
 class _Clock:

@@ -74,3 +74,5 @@ TRIAL = Process(
 
 ALONE = (TRIAL,)
 ALL = (TRIAL, *PROCESSES)
+SOME = (TRIAL, *(row for row in PROCESSES if row.id in {"partition", "reconstruct-pca"}))
+SCANS = tuple(row for row in PROCESSES if row.id == "reconstruct-surface")

@@ -1,4 +1,4 @@
-"""Serve the test process, and the real ones when asked to, on the port of the settings."""
+"""Serve the test process, and all or some of the real ones when asked to, on the port of the settings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from service.settings import Settings
 
 if __name__ == "__main__":
     settings = Settings()
-    table = "rows:ALL" if sys.argv[1:] == ["all"] else "rows:ALONE"
+    table = f"rows:{(sys.argv[1:] or ['alone'])[0].upper()}"
     uvicorn.run(
         create_app(settings, table), host=settings.host, port=settings.port, log_level="warning", ws="none"
     )

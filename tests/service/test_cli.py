@@ -16,9 +16,19 @@ import httpx
 import numpy as np
 import pytest
 import shapely
+import trimesh
 
 from core.parameters import ReconstructParameters, SkeletonParameters
-from service.answers import DiagnosisAnswer, PartitionAnswer, PcaAnswer, ReconstructAnswer, SkeletonAnswer
+from service.answers import (
+    ContoursAnswer,
+    DiagnosisAnswer,
+    PartitionAnswer,
+    PcaAnswer,
+    ReconstructAnswer,
+    SkeletonAnswer,
+    SliceAnswer,
+    SurfaceAnswer,
+)
 from service.cli import main
 from service.settings import Settings
 
@@ -70,7 +80,16 @@ def test_the_commands_are_listed(run: Run) -> None:
     assert status == 0
     assert all(
         command in output.decode()
-        for command in ("serve", "reconstruct", "diagnose", "partition", "examples")
+        for command in (
+            "serve",
+            "reconstruct",
+            "diagnose",
+            "partition",
+            "slice",
+            "contours",
+            "surface",
+            "examples",
+        )
     )
 
 
@@ -406,3 +425,110 @@ def test_settings_that_cannot_be_are_named(run: Run, options: list[str]) -> None
     status, _, complaint = run("serve", *options)
     assert status == 2
     assert one_line(complaint).startswith(f"tapeline: {options[0]}: ")
+
+
+# --- scans ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def scans(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Scan a torus, into a folder."""
+    folder = tmp_path_factory.mktemp("scans") / "torus"
+    assert main(["examples", "torus", "--views", "8", "--pixels", "44", "-o", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write a tetrahedron."""
+    path = tmp_path_factory.mktemp("mesh") / "tetrahedron.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    return path
+
+
+def test_solids_are_listed_and_scanned(run: Run, scans: Path) -> None:
+    listed = {line.split()[0] for line in run("examples")[1].decode().splitlines()}
+    assert {"torus", "bust", "circle"} <= listed
+    assert sorted(path.name for path in scans.iterdir()) == [
+        "torus.conf",
+        *(f"torus{k}.ply" for k in range(8)),
+    ]
+
+
+def test_scans_become_one_closed_mesh(run: Run, scans: Path, tmp_path: Path) -> None:
+    target = tmp_path / "torus.json"
+    files = sorted(scans.glob("*.ply"))
+    status, output, complaint = run(
+        "surface", *files, "--conf", scans / "torus.conf", "--levels", 17, "--include", "slices", "-o", target
+    )
+    assert (status, output) == (0, b""), complaint
+    answer = SurfaceAnswer.model_validate_json(target.read_bytes())
+    assert (answer.report.closed, answer.report.genus) == (True, 1)
+    assert answer.slices is not None
+    assert len(answer.slices) == 17
+
+
+def test_a_folder_stands_for_its_scans(run: Run, scans: Path) -> None:
+    _, files, _ = run("slice", *sorted(scans.glob("*.ply")), "--conf", scans / "torus.conf", "--levels", 3)
+    _, folder, _ = run("slice", scans, "--levels", 3)
+    assert folder == files
+    assert len(SliceAnswer.model_validate_json(folder).slices) == 3
+
+
+def test_contours_are_those_of_slices(run: Run, tmp_path: Path, mesh: Path) -> None:
+    sliced = json.loads(run("slice", mesh, "--levels", 4)[1])
+    path = tmp_path / "slices.json"
+    slices = [{"height": one["height"], "points": one["points"]} for one in sliced["slices"]]
+    path.write_text(json.dumps({"slices": slices}))
+    status, output, complaint = run("contours", path, "--no-complete")
+    assert status == 0, complaint
+    answer = ContoursAnswer.model_validate_json(output)
+    assert [one.height for one in answer.slices] == [0.125, 0.375, 0.625, 0.875]
+
+
+@pytest.mark.parametrize("form", ["stl", "obj", "ply", "glb"])
+def test_the_ending_chooses_the_form_of_a_mesh(run: Run, tmp_path: Path, mesh: Path, form: str) -> None:
+    target = tmp_path / f"mesh.{form}"
+    assert run("surface", mesh, "--levels", 40, "--axis", "1,2,2", "-o", target)[0] == 0
+    made = trimesh.load(target, force="mesh")
+    made.merge_vertices()
+    assert made.is_watertight
+    assert made.volume == pytest.approx(1 / 6, rel=0.03)
+
+
+def test_scans_come_from_standard_input_too() -> None:
+    document = {"meshes": [{"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 1]], "faces": [[0, 1, 2]]}]}
+    done = child("slice", "-", "--levels", 2, input=json.dumps(document).encode())
+    assert done.returncode == 0, done.stderr
+    assert len(SliceAnswer.model_validate_json(done.stdout).slices) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["slice", "nothing.ply"], "nothing.ply: No such file"),
+        (["slice", "{mesh}", "{empty}"], "empty.ply: the body is not a sound PLY file"),
+        (["slice", "{mesh}", "--levels", "0"], "--levels: "),
+        (["slice", "{mesh}", "--heights", "5,6"], "--heights: No plane cuts anything"),
+        (["slice", "{mesh}", "--axis", "0,0"], "--axis: "),
+        (["slice", "{scan}", "--conf", "{conf}"], "names no scan of this name"),
+        (["slice", "{folder}"], "there is no scan in this folder"),
+        (["examples", "torus"], "name a folder"),
+        (["examples", "torus", "-n", "5", "-o", "x"], "-n: torus is not drawn with this"),
+        (["examples", "circle", "--views", "5"], "--views: circle is not drawn with this"),
+        (["examples", "torus", "--pixels", "1", "-o", "x"], "--pixels: "),
+        (["examples", "torus", "--sigma", "-1", "-o", "x"], "--sigma: "),
+    ],
+)
+def test_what_is_wrong_with_scans_is_told_in_a_line(
+    run: Run, tmp_path: Path, scans: Path, mesh: Path, arguments: list[str], words: str
+) -> None:
+    places = {"mesh": mesh, "scan": scans / "torus0.ply"}
+    for name in ("empty.ply", "other.conf"):
+        places[name.partition(".")[0].replace("other", "conf")] = tmp_path / name
+        (tmp_path / name).write_bytes(b"")
+    places["folder"] = tmp_path / "folder"
+    places["folder"].mkdir()
+    status, output, complaint = run(*(argument.format(**places) for argument in arguments))
+    assert (status, output) == (2, b"")
+    assert words in one_line(complaint)

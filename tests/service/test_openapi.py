@@ -54,23 +54,42 @@ def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
 @pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
 def test_a_process_is_described_as_the_table_says(document: dict[str, Any], row: Process) -> None:
     operation = document["paths"][row.path]["post"]
-    assert set(operation["requestBody"]["content"]) == set(MEDIA_TYPES)
+    assert set(operation["requestBody"]["content"]) == set(MEDIA_TYPES[row.takes])
     assert set(operation["responses"]["200"]["content"]) == {FORMS[form] for form in row.forms}
     named = {one["name"] for one in operation["parameters"] if one["in"] == "query"}
     assert named == set(row.parameters.model_fields) | {"format"} | ({"include"} if row.include else set())
 
 
-@pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
-def test_a_json_body_is_described_exactly(document: dict[str, Any], row: Process) -> None:
+def described(document: dict[str, Any], row: Process) -> dict[str, Any]:
+    """Return the schema of a process's JSON body."""
     content = document["paths"][row.path]["post"]["requestBody"]["content"]
     name = content["application/json"]["schema"]["$ref"].rpartition("/")[2]
-    schema = document["components"]["schemas"][name]
+    schema: dict[str, Any] = document["components"]["schemas"][name]
+    return schema
+
+
+@pytest.mark.parametrize("row", [row for row in PROCESSES if row.takes == "points"], ids=lambda row: row.id)
+def test_a_cloud_is_described_exactly(document: dict[str, Any], row: Process) -> None:
+    schema = described(document, row)
     assert schema["required"] == ["points"]
     assert schema["additionalProperties"] is False
     assert set(schema["properties"]) == {"points", "parameters", "include"}
     rows = schema["properties"]["points"]
     assert rows["items"]["items"] == {"type": "number"}
     assert (rows["items"]["minItems"], rows["items"]["maxItems"]) == (2, 3)
+
+
+@pytest.mark.parametrize("row", [row for row in PROCESSES if row.takes == "scans"], ids=lambda row: row.id)
+def test_scans_are_described_exactly(document: dict[str, Any], row: Process) -> None:
+    schema = described(document, row)
+    assert "required" not in schema
+    assert schema["additionalProperties"] is False
+    kinds = {"meshes", "range_images", "slices", "contours"}
+    assert set(schema["properties"]) == kinds | {"parameters", "include"}
+    image = document["components"]["schemas"]["RangeImageInput"]["properties"]["points"]
+    pixel = image["items"]["items"]["anyOf"]
+    assert [one["type"] for one in pixel] == ["array", "null"]
+    assert (pixel[0]["minItems"], pixel[0]["maxItems"]) == (3, 3)
 
 
 def test_every_error_is_described_as_a_problem(document: dict[str, Any]) -> None:

@@ -21,7 +21,8 @@ from service.answers import SkeletonAnswer
 from service.processes import PROCESSES, Process, process
 from service.render import FORMS
 
-METHODS = [row for row in PROCESSES if row.id.startswith("reconstruct")]
+OF_POINTS = [row for row in PROCESSES if row.takes == "points"]
+METHODS = [row for row in OF_POINTS if row.id.startswith("reconstruct")]
 each_method = pytest.mark.parametrize("row", METHODS, ids=lambda row: row.id)
 SKELETON = "/reconstruct/skeleton"
 
@@ -34,6 +35,15 @@ def cloud(client: httpx.Client) -> np.ndarray:
     drawn = client.get("/examples/spiral?n=800&format=npy")
     points: np.ndarray = np.load(io.BytesIO(drawn.content))
     return points
+
+
+@pytest.fixture(scope="module")
+def trials(cloud: np.ndarray) -> dict[str, dict[str, Any]]:
+    """Bodies by what a process takes."""
+    height, around = np.mgrid[-1.0:1.0:7j, 0.0 : 2.0 * np.pi : 31j]
+    grid = np.dstack((np.cos(around), np.sin(around), height))
+    images = {"range_images": [{"points": grid.tolist()}], "parameters": {"levels": 3}}
+    return {"points": {"points": cloud.tolist()}, "scans": images}
 
 
 def npy(points: np.ndarray) -> bytes:
@@ -59,7 +69,7 @@ def test_a_row_names_a_function_and_forms_that_exist(row: Process) -> None:
     assert set(row.forms) <= set(FORMS)
 
 
-@pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
+@pytest.mark.parametrize("row", OF_POINTS, ids=lambda row: row.id)
 @pytest.mark.parametrize("name", ["circle", "spiral", "helix"])
 def test_answers_are_as_documented(client: httpx.Client, row: Process, name: str) -> None:
     points = client.get(f"/examples/{name}?n=600").json()["points"]
@@ -69,10 +79,13 @@ def test_answers_are_as_documented(client: httpx.Client, row: Process, name: str
 
 
 @pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
-def test_every_form_that_is_offered_is_given(client: httpx.Client, row: Process, cloud: np.ndarray) -> None:
+def test_every_form_that_is_offered_is_given(
+    client: httpx.Client, row: Process, trials: dict[str, dict[str, Any]]
+) -> None:
+    body = trials[row.takes]
     for form in row.forms:
-        by_query = client.post(f"{row.path}?format={form}", json={"points": cloud.tolist()})
-        by_header = client.post(row.path, json={"points": cloud.tolist()}, headers={"Accept": FORMS[form]})
+        by_query = client.post(f"{row.path}?format={form}", json=body)
+        by_header = client.post(row.path, json=body, headers={"Accept": FORMS[form]})
         assert by_query.status_code == by_header.status_code == 200
         assert by_query.headers["content-type"].split(";")[0] == FORMS[form]
         assert by_query.content == by_header.content
@@ -80,9 +93,14 @@ def test_every_form_that_is_offered_is_given(client: httpx.Client, row: Process,
 
 @pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
 def test_the_documented_example_works(client: httpx.Client, row: Process) -> None:
-    examples = client.get("/openapi.json").json()["components"]["examples"]
-    for example in examples.values():
-        assert client.post(row.path, json=example["value"]).status_code == 200
+    document = client.get("/openapi.json").json()
+    for path in (row.path, f"/processes/{row.id}/execution"):
+        body = document["paths"][path]["post"]["requestBody"]["content"]["application/json"]
+        (name,) = body["examples"]
+        example = document["components"]["examples"][name]
+        response = client.post(path, json=example["value"])
+        assert response.status_code == 200, response.text
+        row.answer.model_validate(response.json())
 
 
 @each_method
@@ -170,7 +188,7 @@ def test_what_cannot_be_included_is_refused(client: httpx.Client, cloud: np.ndar
         "repeated",
     ],
 )
-@pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
+@pytest.mark.parametrize("row", OF_POINTS, ids=lambda row: row.id)
 def test_extreme_points_have_a_sound_answer_or_are_refused(
     client: httpx.Client, row: Process, points: list[list[float]]
 ) -> None:
@@ -214,13 +232,16 @@ def out_of_range(row: Process) -> list[tuple[str, object]]:
 
 @pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.id)
 def test_every_parameter_out_of_range_is_refused_where_it_is(client: httpx.Client, row: Process) -> None:
-    points = [[0.0, 0.0], [1.0, 0.0]]
+    body, content, media_type = {
+        "points": ({"points": [[0.0, 0.0], [1.0, 0.0]]}, b"0,0\n1,0\n", "text/csv"),
+        "scans": ({}, b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "model/obj"),
+    }[row.takes]
     for name, value in out_of_range(row):
-        response = client.post(row.path, json={"points": points, "parameters": {name: value}})
+        response = client.post(row.path, json={**body, "parameters": {name: value}})
         document = is_problem(response, 422, "invalid-parameter")
         assert [item["loc"] for item in document["errors"]] == [["body", "parameters", name]]
         queried = client.post(
-            row.path, params={name: value}, content=b"0,0\n1,0\n", headers={"Content-Type": "text/csv"}
+            row.path, params={name: value}, content=content, headers={"Content-Type": media_type}
         )
         document = is_problem(queried, 422, "invalid-parameter")
         assert [item["loc"] for item in document["errors"]] == [["query", name]]

@@ -13,7 +13,8 @@ from service.schemas import KEYWORDS, portable
 
 SAMPLES: list[Any] = [
     *(None, True, False, -1, 0, 1, 2, 3, 100, 101, 2**32 - 1, 2**32, -0.5, 0.5, 1.3, 1e-9, 1e9),
-    *("", "x", "auto", "keep", "through", "split", "pca", "least_squares", [], [1], {}, {"a": 1}),
+    *("", "x", "auto", "keep", "through", "split", "pca", "least_squares", "slabs", {}, {"a": 1}),
+    *([], [1], [0, 1.5, 2], [0, "x", 1], [1, 2, 3, 4]),
 ]
 _TYPES: dict[str, Any] = {
     "array": list,
@@ -36,6 +37,9 @@ def admits(schema: dict[str, Any], value: Any) -> bool:
         return False
     if "not" in schema and any(one == value for one in schema["not"]["enum"]):
         return False
+    if isinstance(value, list):
+        few, many = schema.get("minItems", 0), schema.get("maxItems", math.inf)
+        return few <= len(value) <= many and all(admits(schema.get("items", {}), one) for one in value)
     number = not isinstance(value, bool) and isinstance(value, int | float)
     return not number or schema.get("minimum", -math.inf) <= value <= schema.get("maximum", math.inf)
 
@@ -52,7 +56,7 @@ def keywords(schema: Any) -> set[str]:
 
 @pytest.mark.parametrize("row", ALL, ids=lambda row: row.id)
 def test_schemas_of_processes_can_be_said_in_both_dialects(row: Process) -> None:
-    for model in (submission_model(row.parameters, row.include), row.answer):
+    for model in (submission_model(row.parameters, row.include, row.takes), row.answer):
         schema = portable(model.model_json_schema())
         assert keywords(schema) <= KEYWORDS
         assert schema["properties"].keys() == model.model_fields.keys()

@@ -72,6 +72,14 @@ def changes(client: httpx.Client, job: str) -> Iterator[tuple[str, dict[str, Any
                 yield event, json.loads(value)
 
 
+def lives(client: httpx.Client) -> bool:
+    """Whether a service answers, be its workers warm or not."""
+    try:
+        return client.get("/healthz").status_code == 200
+    except httpx.TransportError:
+        return False
+
+
 def until(condition: Callable[[], object], seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
     while not condition():

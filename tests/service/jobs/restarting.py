@@ -52,7 +52,7 @@ class Service:
         left = [one.pid for one in psutil.Process(self.pid).children(recursive=True)]
         self._process.send_signal(number)
         self._process.wait(20)
-        until(lambda: all(map(gone, left)), 10)
+        until(lambda: all(map(gone, left)))
 
     def __enter__(self) -> Service:
         return self

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 from conftest import Serve
 from expect import is_problem
@@ -68,15 +69,23 @@ def test_jobs_survive_the_process_that_leads_their_computations(service: Service
     assert service.worker != before
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_jobs_survive_the_service(service: Service, tmp_path: Path, number: signal.Signals) -> None:
+def test_jobs_survive_the_process_that_others_are_forked_from(service: Service, tmp_path: Path) -> None:
+    job, process = begun(service.client, tmp_path, seconds=1.5)
+    (pattern,) = psutil.Process(process).parents()[:1]
+    assert pattern.pid != service.worker
+    pattern.kill()
+    until(lambda: gone(process), 10)
+    all_done(service, [job])
+
+
+def test_jobs_survive_a_service_that_is_told_to_stop(service: Service, tmp_path: Path) -> None:
     running = [begun(service.client, tmp_path, seconds=1.5)[0] for _ in range(2)]
     waiting = ordered(service.client)
-    finished = info(service.client, waiting)  # still there afterwards, with what it was
-    service.end(number)
+    created = info(service.client, waiting)["created"]
+    service.end(signal.SIGTERM)
     service.start()
     all_done(service, [*running, waiting])
-    assert info(service.client, waiting)["created"] == finished["created"]
+    assert info(service.client, waiting)["created"] == created
 
 
 def test_of_many_jobs_under_random_kills_none_is_lost_and_none_stuck(

@@ -13,7 +13,7 @@ from conftest import Serve
 from dbos import DBOSClient
 from expect import is_problem
 
-from jobs.client import ASYNC, begun, body, ended, gone, order, ordered, until
+from jobs.client import ASYNC, begun, body, ended, gone, lives, order, ordered, until
 from jobs.restarting import Service
 from service.jobs import engine
 from service.jobs.expiry import Expiry
@@ -90,13 +90,6 @@ def waiting(serve: Serve) -> Iterator[httpx.Client]:
     ):
         until(lambda: lives(client))
         yield client
-
-
-def lives(client: httpx.Client) -> bool:
-    try:
-        return client.get("/healthz").status_code == 200
-    except httpx.TransportError:
-        return False
 
 
 def pages(client: httpx.Client, **query: object) -> Iterator[list[str]]:
@@ -202,7 +195,6 @@ def test_the_oldest_finished_jobs_go_when_there_is_no_more_room(
     client: httpx.Client, database: DBOSClient, store: Store, tmp_path: Path
 ) -> None:
     Expiry(database, store, keep_seconds=60, keep_bytes=0).sweep()
-    running, _ = begun(client, tmp_path, seconds=3)
     jobs = [client.post("/trial", json=body(LARGE), headers=ASYNC).headers["location"] for _ in range(3)]
     for job in jobs:
         ended(client, job)
@@ -213,6 +205,7 @@ def test_the_oldest_finished_jobs_go_when_there_is_no_more_room(
     assert all(kept(client, job) for job in jobs)
     Expiry(database, store, keep_seconds=60, keep_bytes=total - 1).sweep()
     assert [kept(client, job) for job in jobs] == [False, True, True]
+    running, _ = begun(client, tmp_path, seconds=3)
     Expiry(database, store, keep_seconds=60, keep_bytes=0).sweep()
     assert [kept(client, job) for job in (*jobs, running)] == [False, False, False, True]
     assert ended(client, running)["status"] == "successful"

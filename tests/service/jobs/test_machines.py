@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import warnings
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -21,6 +22,7 @@ from conftest import HERE, Serve
 from expect import is_problem
 
 from jobs.client import begun, ended, gone, info, order, ordered, signed, until
+from service.jobs.roll import LAPSE_SECONDS
 
 
 @pytest.fixture(scope="module")
@@ -124,6 +126,18 @@ def test_a_worker_that_comes_back_from_the_dead_does_not_speak_for_its_old_jobs(
     told = info(client, job)
     machines.both_at_work(tmp_path, seconds=0.5)
     assert info(client, job) == told
+
+
+def test_when_all_workers_were_suspended_each_job_still_has_one_result(
+    machines: Machines, tmp_path: Path
+) -> None:
+    at_work = machines.both_at_work(tmp_path, seconds=1.5)
+    for worker in machines.workers.values():
+        worker.send_signal(signal.SIGSTOP)
+    time.sleep(LAPSE_SECONDS + 1)
+    for worker in machines.workers.values():  # each may now take the other for dead
+        worker.send_signal(signal.SIGCONT)
+    check(machines.client, [job for job, _ in at_work.values()])
 
 
 def test_the_database_may_go_away_for_a_while(machines: Machines, postgres: Any, tmp_path: Path) -> None:

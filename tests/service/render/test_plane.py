@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 from scipy.stats import special_ortho_group
 
+from core.surface.axis import axis_frame
 from render.results import cloud
-from service.render.plane import paper_of
+from service.render.plane import paper_of, three_quarter
 
 
 def test_the_plane_is_its_own_paper() -> None:
@@ -49,3 +50,21 @@ def test_a_line_keeps_its_length() -> None:
     points = np.linspace(0, 1, 9)[:, None] * np.array([1.0, 2.0, 2.0])
     drawn = paper_of([points])(points)
     assert np.linalg.norm(drawn[-1] - drawn[0]) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 2.0, -2.0), (0.0, 0.0, -1.0)])
+def test_one_looks_from_the_front_right_and_above(axis: tuple[float, float, float]) -> None:
+    frame = axis_frame(axis).axes
+    look = three_quarter(frame)
+    assert look @ look.T == pytest.approx(np.eye(3))
+    assert np.linalg.det(look) == pytest.approx(1.0)
+    right, back, up = frame @ look.T  # as they are seen
+    assert up[0] == pytest.approx(0.0)
+    assert up[1] > 0.0
+    assert right[0] > 0.0
+    assert [right[2] > 0.0, back[2] < 0.0, up[2] > 0.0] == [True] * 3  # these sides turn to the eye
+
+
+def test_from_higher_up_one_sees_more_of_the_top() -> None:
+    tops = [three_quarter(np.eye(3), above)[2, 2] for above in (0.1, 0.5, 1.2)]
+    assert tops == pytest.approx(np.sin([0.1, 0.5, 1.2]))
