@@ -39,8 +39,11 @@ def new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> t
     return plt.subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", **options)
 
 
-def save(figure: Any, name: str, folder: Path = FOLDER) -> Path:
-    """Write a figure as PNG or SVG by its name, without anything that differs from run to run."""
+def save(figure: Any, name: str, folder: Path = FOLDER, shaded: bool = False) -> Path:
+    """Write a figure as PNG or SVG by its name, without anything that differs from run to run.
+
+    Few colours are enough, unless surfaces are ``shaded``.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     if name.endswith(".svg"):
         figure.savefig(folder / name, metadata={"Date": None})
@@ -48,8 +51,9 @@ def save(figure: Any, name: str, folder: Path = FOLDER) -> Path:
         drawn = io.BytesIO()
         figure.savefig(drawn, format="png", dpi=DPI)
         picture = Image.open(drawn).convert("RGB")
-        palette = picture.quantize(SHADES, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-        palette.save(folder / name, optimize=True)
+        if not shaded:
+            picture = picture.quantize(SHADES, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        picture.save(folder / name, optimize=True)
     plt.close(figure)
     return folder / name
 

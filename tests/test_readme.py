@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -21,6 +22,7 @@ import httpx
 import numpy as np
 import pytest
 import shapely
+import trimesh
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
@@ -31,14 +33,18 @@ from core.parameters import (
     ReconstructParameters,
     SkeletonParameters,
 )
+from core.surface import ContourParameters, SliceParameters, SurfaceParameters
+from core.truth import Scanner, scan, solid
 from service import problems
 from service.answers import PartitionAnswer, ReconstructAnswer
 from service.app import create_app
 from service.cli import main
 from service.intake import MEDIA_TYPES
 from service.intake.errors import _KINDS
+from service.intake.scans import KINDS
 from service.processes import PROCESSES
 from service.render import FORMS
+from service.render.range_grids import write_conf, write_range_ply
 from service.settings import Settings
 
 ROOT = Path(__file__).parents[1]
@@ -66,9 +72,16 @@ def section(title: str) -> str:
 
 def table(text: str) -> list[list[str]]:
     """Return the cells of the first table in a text, without its head."""
-    rows = re.search(r"^\|.*\n\|[-|]+\n((?:\|.*\n)+)", text, flags=re.MULTILINE)
-    assert rows is not None
-    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in rows[1].splitlines()]
+    return tables(text)[0]
+
+
+def tables(text: str) -> list[list[list[str]]]:
+    """Return the cells of all tables in a text, without their heads."""
+    found = re.findall(r"^\|.*\n\|[-|]+\n((?:\|.*\n)+)", text, flags=re.MULTILINE)
+    return [
+        [[cell.strip() for cell in line.strip("|").split(" | ")] for line in rows.splitlines()]
+        for rows in found
+    ]
 
 
 def code(text: str) -> list[str]:
@@ -130,16 +143,33 @@ def shell(request: pytest.FixtureRequest, address: str, tmp_path_factory: pytest
         (directory / name).write_text(f'#!/bin/sh\nexec {words} "$@"\n')
         (directory / name).chmod(0o755)
 
+    write_scans(directory)
+
     def run(text: str) -> bytes:
         assert ADDRESS in text
-        for path in directory.glob("*.svg"):
+        for path in written(directory):
             path.unlink()
         environment = {**os.environ, "PATH": f"{directory}{os.pathsep}{os.environ['PATH']}"}
         command = ["bash", "-euo", "pipefail", "-c", text.replace(ADDRESS, address)]
         done = subprocess.run(command, env=environment, cwd=directory, capture_output=True, check=True)  # noqa: S603 # the README's
-        return done.stdout or next(directory.glob("*.svg")).read_bytes()
+        return done.stdout or next(written(directory)).read_bytes()
 
     return run
+
+
+def written(directory: Path) -> Iterator[Path]:
+    """Yield what commands have written."""
+    return (path for ending in ("svg", "glb") for path in directory.glob(f"*.{ending}"))
+
+
+def write_scans(directory: Path) -> None:
+    """Write the range grids of a torus, and the file with their poses, to the folder that is spoken of."""
+    images = scan(solid("torus"), Scanner(views=8, pixels=40))
+    poses = {f"view{k}.ply": image.pose for k, image in enumerate(images) if image.pose}
+    (directory / "scans").mkdir()
+    (directory / "scans" / "poses.conf").write_bytes(write_conf(poses))
+    for name, image in zip(poses, images, strict=True):
+        (directory / "scans" / name).write_bytes(write_range_ply(image))
 
 
 def picture(text: bytes) -> tuple[str, list[str]]:
@@ -226,14 +256,48 @@ def test_a_process_is_executed_as_shown(shell: Shell) -> None:
     assert [curve.closed for curve in answer.curves] == [True]
 
 
-def test_the_command_line_does_what_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_block_that_branches_is_drawn(shell: Shell) -> None:
+    title, _ = picture(shell(block("sh", "block.svg")))
+    assert "1 component" in title
+
+
+def test_scans_become_a_mesh_for_viewers(shell: Shell) -> None:
+    mesh = trimesh.load_mesh(io.BytesIO(shell(block("sh", "surface.glb"))), file_type="glb")
+    assert mesh.is_watertight
+    assert mesh.euler_number == 0
+
+
+def expanded(word: str) -> list[str]:
+    """Return the files that a word with ``*`` stands for, as a shell does."""
+    return sorted(map(str, Path().glob(word))) if "*" in word else [word]
+
+
+@pytest.fixture
+def commanded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Path]:
+    """Return what runs a block of commands in this process, and returns the folder that they write to."""
     monkeypatch.chdir(tmp_path)
-    commands = [shlex.split(line) for line in block("sh", "tapeline ").splitlines()]
-    for program, *arguments in commands:
-        assert program == "tapeline"
-        assert main(arguments) == 0
-    for arguments in commands:
-        assert (tmp_path / arguments[arguments.index("-o") + 1]).stat().st_size > 0
+
+    def run(text: str) -> Path:
+        commands = [shlex.split(line) for line in text.splitlines()]
+        for program, *words in commands:
+            assert program == "tapeline"
+            assert main([name for word in words for name in expanded(word)]) == 0
+        for words in commands:
+            assert (tmp_path / words[words.index("-o") + 1]).stat().st_size > 0
+        return tmp_path
+
+    return run
+
+
+def test_scans_become_a_surface_on_the_command_line(tmp_path: Path, commanded: Callable[[str], Path]) -> None:
+    write_scans(tmp_path)
+    mesh = trimesh.load_mesh(commanded(block("sh", "tapeline surface")) / "surface.ply")
+    assert mesh.is_watertight
+    assert mesh.euler_number == 0
+
+
+def test_the_command_line_does_what_is_shown(commanded: Callable[[str], Path]) -> None:
+    tmp_path = commanded(block("sh", "tapeline reconstruct"))
     assert not shapely.is_closed(
         shapely.get_parts(shapely.from_geojson((tmp_path / "spiral.geojson").read_text()))[0]
     )
@@ -249,14 +313,22 @@ def test_every_command_block_is_tested() -> None:
         "/partition",
         "trefoil.svg",
         "/execution",
-        "tapeline ",
+        "block.svg",
+        "surface.glb",
+        "tapeline surface",
+        "tapeline reconstruct",
     )
     assert sorted(block("sh", word) for word in tested) == sorted(blocks("sh"))
 
 
+def test_the_library_makes_a_surface_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    exec(block("python", "solid("), {})  # noqa: S102 # the README's
+    closed, components, genus = capsys.readouterr().out.split()[:3]
+    assert (closed, components, genus) == ("True", "1", "0")
+
+
 def test_the_library_is_used_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    (text,) = blocks("python")
-    exec(text, {})  # noqa: S102 # the README's
+    exec(block("python", "point_set("), {})  # noqa: S102 # the README's
     verdict, *curves = capsys.readouterr().out.splitlines()
     assert "good enough" in verdict
     assert [line.split()[0] for line in curves] == ["closed"] * 3
@@ -289,14 +361,24 @@ def openapi() -> dict[str, Any]:
 
 def test_the_endpoints_are_those_of_the_service(openapi: dict[str, Any]) -> None:
     listed = [path for row in table(section("Endpoints")) for path in code(row[0])]
-    served = [
-        f"{method.upper()} {path}" for path, operations in openapi["paths"].items() for method in operations
-    ]
+    served = {
+        f"{method.upper()} {_listed(path)}"
+        for path, operations in openapi["paths"].items()
+        for method in operations
+    }
     assert sorted(listed) == sorted([*served, "GET /docs", "GET /openapi.json"])
 
 
+def _listed(path: str) -> str:
+    """Return a path as it is listed: once for all processes."""
+    return re.sub(r"^/processes/[\w-]+/execution$", "/processes/{processID}/execution", path)
+
+
 def test_the_bodies_are_those_that_are_read() -> None:
-    assert {code(row[0])[0] for row in table(section("Bodies"))} == set(MEDIA_TYPES)
+    assert {code(row[0])[0] for row in table(section("Bodies"))} == set(MEDIA_TYPES["points"])
+    _, members, files, _ = tables(section("Surfaces"))
+    assert [code(row[0])[0] for row in members] == list(KINDS)
+    assert {code(row[0])[0] for row in files} == set(MEDIA_TYPES["scans"])
 
 
 def test_the_forms_are_those_that_are_written() -> None:
@@ -308,6 +390,9 @@ def test_the_forms_are_those_that_are_written() -> None:
         "/reconstruct/skeleton": 2,
         "/diagnose": 3,
         "/partition": 4,
+        "/slice": 5,
+        "/reconstruct/contours": 5,
+        "/reconstruct/surface": 6,
     }
     for process in PROCESSES:
         listed = {code(row[0])[0] for row in rows if row[columns[process.path]] != "–"}
@@ -332,7 +417,7 @@ def models(annotation: Any) -> Iterator[type[BaseModel]]:
 
 @pytest.mark.parametrize("answer", [row.answer for row in PROCESSES])
 def test_every_field_of_an_answer_is_explained(answer: type[BaseModel]) -> None:
-    text = section("Answers") + section("Stages")
+    text = section("Answers") + section("Stages") + section("Surfaces")
     explained = {name for part in code(text) for name in re.findall(r"[a-z_]+", part)}
     assert fields(answer) <= explained
 
@@ -340,9 +425,9 @@ def test_every_field_of_an_answer_is_explained(answer: type[BaseModel]) -> None:
 def test_every_warning_is_named() -> None:
     text = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "core").rglob("*.py"))
     given = set(re.findall(r'\b(?:Warn|_warned)\(\s*"([a-z-]+)"', text))
-    (named,) = [row[1].partition("codes: ")[2] for row in table(section("Answers").partition("Fields of")[2])
-                if row[0] == "`warnings[]`"]  # fmt: skip
-    assert set(code(named)) == given
+    rows = [row for title in ("Answers", "Surfaces") for rows in tables(section(title)) for row in rows]
+    named = [row[1].partition("codes: ")[2] for row in rows if row[0] == "`warnings[]`"]
+    assert set(code(" ".join(named))) == given
 
 
 def test_the_errors_are_those_of_the_service() -> None:
@@ -361,6 +446,9 @@ def parameter_row(model: type[BaseModel], name: str) -> str:
         values = ", ".join(f"`{value}`" for value in kind["enum"])
     elif kind["type"] == "boolean":
         values = "`true`, `false`"
+    elif kind["type"] == "array":
+        least, most = kind["minItems"], kind["maxItems"]
+        values = f"{least} numbers" if least == most else f"{least} to {most} numbers"
     elif {"minimum", "maximum"} <= kind.keys():
         values = f"{kind['type']} {kind['minimum']:g} to {kind['maximum']:.10g}"
     else:
@@ -377,17 +465,26 @@ def setting_row(name: str, field: FieldInfo) -> str:
     return f"| `TAPELINE_{name.upper()}` | {default} | {field.description} |"
 
 
-def test_the_parameters_are_those_of_the_core() -> None:
-    tables = re.split(r"also takes:|all of these, and:", section("Parameters"))
-    common = list(CommonParameters.model_fields)
+@pytest.mark.parametrize(
+    ("place", "models"),
+    [
+        (0, (CommonParameters, PcaParameters, SkeletonParameters, ReconstructParameters)),
+        (1, (SliceParameters, ContourParameters, SurfaceParameters)),
+    ],
+    ids=["curves", "surfaces"],
+)
+def test_the_parameters_are_those_of_the_core(place: int, models: tuple[type[BaseModel], ...]) -> None:
+    parts = re.split(r"also takes:|all of these, and:", section("Parameters").split("`/slice` takes:")[place])
     told: set[str] = set()
-    models = (CommonParameters, PcaParameters, SkeletonParameters, ReconstructParameters)
-    for text, model in zip(tables, models, strict=True):
+    for text, model in zip(parts, models, strict=True):
         own = [name for name in model.model_fields if name not in told]
         told |= set(own)
         rows = [parameter_row(model, name) for name in own]
         assert re.findall(r"^\| `.*$", text, flags=re.MULTILINE) == rows
-    assert list(PartitionParameters.model_fields) == common[:2]
+
+
+def test_the_partition_takes_the_first_two() -> None:
+    assert list(PartitionParameters.model_fields) == list(CommonParameters.model_fields)[:2]
 
 
 def test_the_settings_are_those_of_the_service() -> None:
