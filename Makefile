@@ -13,7 +13,7 @@ PORT ?=
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test lint format bench bench-peers figures openapi lock clean
+.PHONY: help run test lint format bench bench-jobs bench-peers bench-surface figures openapi lock clean
 
 help: ## list the commands
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1	/p' Makefile | expand -t 20
@@ -42,6 +42,12 @@ bench: $(VENV)/.test $(VENV)/.kernels ## measure accuracy and time (minutes)
 
 bench-peers: $(VENV)/.test $(VENV)/.kernels ## measure beside other programs, installed apart (make bench-peers ARGS=--quick)
 	$(PYTHON) -m benchmarks.peers $(ARGS)
+
+bench-jobs: $(VENV)/.test $(VENV)/.kernels ## measure jobs under kills and load (make bench-jobs ARGS=--quick)
+	$(PYTHON) -m benchmarks.jobs $(ARGS)
+
+bench-surface: $(VENV)/.test $(VENV)/.kernels ## measure surfaces beside Open3D, installed apart (make bench-surface ARGS=--quick)
+	$(PYTHON) -m benchmarks.surface $(ARGS)
 
 figures: $(VENV)/.test $(VENV)/.kernels ## redraw the paper's figures from our own results
 	$(PYTHON) -m benchmarks.figures

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import io
 import random
 import threading
@@ -376,9 +377,11 @@ def until(condition: Callable[[], object], seconds: float) -> None:
         time.sleep(0.01)
 
 
-def main(_arguments: Sequence[str] | None = None) -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
-    print("\n".join(tables(measure())))
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.jobs", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="fewer jobs, kills and requests")
+    print("\n".join(tables(measure(quick=parser.parse_args(arguments).quick))))
 
 
 if __name__ == "__main__":

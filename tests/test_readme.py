@@ -34,7 +34,6 @@ from core.parameters import (
     SkeletonParameters,
 )
 from core.surface import ContourParameters, SliceParameters, SurfaceParameters
-from core.truth import Scanner, scan, solid
 from service import problems
 from service.answers import PartitionAnswer, ReconstructAnswer
 from service.app import create_app
@@ -44,7 +43,6 @@ from service.intake.errors import _KINDS
 from service.intake.scans import KINDS
 from service.processes import PROCESSES
 from service.render import FORMS
-from service.render.range_grids import write_conf, write_range_ply
 from service.settings import Settings
 
 ROOT = Path(__file__).parents[1]
@@ -143,7 +141,8 @@ def shell(request: pytest.FixtureRequest, address: str, tmp_path_factory: pytest
         (directory / name).write_text(f'#!/bin/sh\nexec {words} "$@"\n')
         (directory / name).chmod(0o755)
 
-    write_scans(directory)
+    _, *words = shlex.split(block("sh", "tapeline surface").splitlines()[0])
+    assert main([*words[:-1], str(directory / words[-1])]) == 0  # the scans that are spoken of
 
     def run(text: str) -> bytes:
         assert ADDRESS in text
@@ -160,16 +159,6 @@ def shell(request: pytest.FixtureRequest, address: str, tmp_path_factory: pytest
 def written(directory: Path) -> Iterator[Path]:
     """Yield what commands have written."""
     return (path for ending in ("svg", "glb") for path in directory.glob(f"*.{ending}"))
-
-
-def write_scans(directory: Path) -> None:
-    """Write the range grids of a torus, and the file with their poses, to the folder that is spoken of."""
-    images = scan(solid("torus"), Scanner(views=8, pixels=40))
-    poses = {f"view{k}.ply": image.pose for k, image in enumerate(images) if image.pose}
-    (directory / "scans").mkdir()
-    (directory / "scans" / "poses.conf").write_bytes(write_conf(poses))
-    for name, image in zip(poses, images, strict=True):
-        (directory / "scans" / name).write_bytes(write_range_ply(image))
 
 
 def picture(text: bytes) -> tuple[str, list[str]]:
@@ -262,14 +251,14 @@ def test_a_block_that_branches_is_drawn(shell: Shell) -> None:
 
 
 def test_scans_become_a_mesh_for_viewers(shell: Shell) -> None:
-    mesh = trimesh.load_mesh(io.BytesIO(shell(block("sh", "surface.glb"))), file_type="glb")
+    assert_whole(trimesh.load_mesh(io.BytesIO(shell(block("sh", "bust.glb"))), file_type="glb"))
+
+
+def assert_whole(mesh: trimesh.Trimesh) -> None:
+    """Check that a mesh is closed, in one piece and without handles."""
     assert mesh.is_watertight
-    assert mesh.euler_number == 0
-
-
-def expanded(word: str) -> list[str]:
-    """Return the files that a word with ``*`` stands for, as a shell does."""
-    return sorted(map(str, Path().glob(word))) if "*" in word else [word]
+    assert mesh.body_count == 1
+    assert mesh.euler_number == 2
 
 
 @pytest.fixture
@@ -281,7 +270,7 @@ def commanded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str]
         commands = [shlex.split(line) for line in text.splitlines()]
         for program, *words in commands:
             assert program == "tapeline"
-            assert main([name for word in words for name in expanded(word)]) == 0
+            assert main(words) == 0
         for words in commands:
             assert (tmp_path / words[words.index("-o") + 1]).stat().st_size > 0
         return tmp_path
@@ -289,11 +278,8 @@ def commanded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str]
     return run
 
 
-def test_scans_become_a_surface_on_the_command_line(tmp_path: Path, commanded: Callable[[str], Path]) -> None:
-    write_scans(tmp_path)
-    mesh = trimesh.load_mesh(commanded(block("sh", "tapeline surface")) / "surface.ply")
-    assert mesh.is_watertight
-    assert mesh.euler_number == 0
+def test_scans_become_a_surface_on_the_command_line(commanded: Callable[[str], Path]) -> None:
+    assert_whole(trimesh.load_mesh(commanded(block("sh", "tapeline surface")) / "bust.ply"))
 
 
 def test_the_command_line_does_what_is_shown(commanded: Callable[[str], Path]) -> None:
@@ -314,7 +300,7 @@ def test_every_command_block_is_tested() -> None:
         "trefoil.svg",
         "/execution",
         "block.svg",
-        "surface.glb",
+        "bust.glb",
         "tapeline surface",
         "tapeline reconstruct",
     )

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from core.progress import Progress, tell
 from core.surface.axis import AxisFrame
-from core.surface.draft import Draft, draft_of
+from core.surface.draft import METHODS, Draft, draft_of
 from core.surface.following import followed
 from core.surface.results import Slice
 
@@ -24,7 +24,7 @@ def drafts_of(slices: Sequence[Slice], frame: AxisFrame, *, progress: Progress |
 
     Every eighth one is reconstructed by itself, and the last one; each
     one between is followed from those nearest to it on both sides that were seen whole, or where these
-    do not tell reconstructed as well.
+    do not tell reconstructed as well. What was reconstructed is then followed too, where it can be.
 
     Parameters
     ----------
@@ -45,6 +45,9 @@ def drafts_of(slices: Sequence[Slice], frame: AxisFrame, *, progress: Progress |
         if below is not None and above is not None:
             draft = followed(slices[k], frame, known[below], known[above])
         known[k] = draft or draft_of(slices[k], frame)
+    for k in range(1, len(slices) - 1):
+        if known[k].complete and known[k].method in METHODS:  # its neighbours make a smoother first guess
+            known[k] = followed(slices[k], frame, known[k - 1], known[k + 1]) or known[k]
     return [known[k] for k in range(len(slices))]
 
 

@@ -70,15 +70,19 @@ def followed(slice_: Slice, frame: AxisFrame, below: Draft, above: Draft) -> Dra
     work, way = working_frame(points, np.eye(3), flat=True)
     lines: Sequence[Polyline] = [Polyline(_in(way, one), True) for one in _between(below, above, share)]
     sample = Sample.of(work)
+    best: Draft | None = None
     # The first guess is smoother than the samples can make it: it is moved to them only where it must be.
     for nudges in (0, _NUDGES):
         for _ in range(nudges):
             lines = _nudged(work, lines)
         for refined in _refinements(sample, lines):
             draft = judged(slice_.height, found_in(refined, way), len(points), FOLLOWED)
-            if _holds(draft, below, above):
-                return draft
-    return None
+            best = draft if _holds(draft, below, above) else best
+            if best is not None and draft.sigma <= _NOISIER * min(below.sigma, above.sigma):
+                break
+        if best is not None:
+            break
+    return best
 
 
 def _refinements(sample: Sample, lines: Sequence[Polyline]) -> Iterator[Refined]:

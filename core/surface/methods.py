@@ -17,7 +17,7 @@ from core.division import Division
 from core.errors import DegenerateInput, InvalidInput, InvalidParameter
 from core.progress import Progress, tell, within
 from core.results import Warn
-from core.surface import levelwise
+from core.surface import levelwise, stack
 from core.surface.axis import axis_frame
 from core.surface.levelwise import Drafts, Levels
 from core.surface.parameters import ContourParameters, SliceParameters, SurfaceParameters
@@ -58,7 +58,7 @@ def slices(
         When there is no triangle, or no plane cuts any.
     """
     parameters = parameters or SliceParameters()
-    kind = levelwise.given(scans)
+    kind = stack.given(scans)
     if kind in {"slices", "contours"}:
         raise InvalidInput(f"There is nothing to slice in {kind}; give meshes or range images.", (kind,))
     _, found = _sliced(scans, parameters, progress)
@@ -140,8 +140,8 @@ def _contours(
 ) -> Contours:
     """Contours, with what has been found of each level elsewhere."""
     _refuse_contours(scans)
-    _, stack = _sliced(scans, parameters, within(progress, 0.0, CUT))
-    levels = levelwise.contour_levels(stack, parameters, within(progress, CUT, 1.0), drafts)
+    _, found = _sliced(scans, parameters, within(progress, 0.0, CUT))
+    levels = levelwise.contour_levels(found, parameters, within(progress, CUT, 1.0), drafts)
     return Contours(_axis(parameters), levels, _warnings(levels))
 
 
@@ -153,13 +153,13 @@ def _surface(
     progress: Progress | None,
 ) -> Surface:
     """One surface, with what has been found of each level elsewhere."""
-    kind = levelwise.given(scans)
+    kind = stack.given(scans)
     if kind == "contours":
-        points, levels = np.zeros((0, 3)), levelwise.given_contours(scans, parameters)
+        points, levels = np.zeros((0, 3)), stack.given_contours(scans, parameters)
     else:
-        points, stack = _sliced(scans, parameters, within(progress, 0.0, CUT))
-        _require_two(stack, parameters, kind)
-        levels = levelwise.contour_levels(stack, parameters, within(progress, CUT, CONTOURED), drafts)
+        points, found = _sliced(scans, parameters, within(progress, 0.0, CUT))
+        _require_two(found, parameters, kind)
+        levels = levelwise.contour_levels(found, parameters, within(progress, CUT, CONTOURED), drafts)
     tell(progress, CONTOURED, "spanning the surface")
     made = _spanned(levels, parameters, kind)
     tell(progress, SKINNED, "measuring the surface")
@@ -183,18 +183,18 @@ def _sliced(
     scans: Scans, parameters: SliceParameters, progress: Progress | None
 ) -> tuple[Floats, tuple[Slice, ...]]:
     """Return the scan points, (N, 3), and the slices."""
-    if levelwise.given(scans) == "slices":
-        found = levelwise.cut(scans, parameters, ())
+    if stack.given(scans) == "slices":
+        found = stack.cut(scans, parameters, ())
         return np.concatenate([one.points for one in found]), found
     tell(progress, 0.0, "triangulating range images")
-    meshes: tuple[Mesh, ...] = levelwise.meshes_of(scans)
+    meshes: tuple[Mesh, ...] = stack.meshes_of(scans)
     tell(progress, 0.5, "slicing")
-    found = levelwise.cut(scans, parameters, meshes)
+    found = stack.cut(scans, parameters, meshes)
     return np.concatenate([one.vertices for one in meshes]), found
 
 
-def _require_two(stack: Sequence[Slice], parameters: SurfaceParameters, kind: str) -> None:
-    if len(stack) < 2:
+def _require_two(found: Sequence[Slice], parameters: SurfaceParameters, kind: str) -> None:
+    if len(found) < 2:
         where = next(
             (("parameters", name) for name in ("levels", "heights") if getattr(parameters, name)), (kind,)
         )
@@ -202,7 +202,7 @@ def _require_two(stack: Sequence[Slice], parameters: SurfaceParameters, kind: st
 
 
 def _refuse_contours(scans: Scans) -> None:
-    if levelwise.given(scans) == "contours":
+    if stack.given(scans) == "contours":
         raise InvalidInput("These are contours already; give slices, meshes or range images.", ("contours",))
 
 
@@ -219,7 +219,7 @@ def _axis(parameters: SliceParameters) -> Floats:
 
 
 def _split(scans: Scans, parameters: ContourParameters) -> tuple[Levels, ...]:
-    if levelwise.given(scans) == "contours":
+    if stack.given(scans) == "contours":
         return ()
     return levelwise.parts_of(_sliced(scans, parameters, None)[1], parameters)
 

@@ -39,13 +39,17 @@ class Limits:
 class Ended(Exception):
     """The process ended before it had an answer.
 
-    ``late`` when its time was up, ``killed`` when we were told to, else by itself (a crash).
+    ``late`` when its time was up, ``killed`` when we were told to, ``by_force`` when somebody else did so
+    (the system, when memory is short), else by itself (a crash).
     """
 
-    def __init__(self, reason: str, *, late: bool = False, killed: bool = False) -> None:
+    def __init__(
+        self, reason: str, *, late: bool = False, killed: bool = False, by_force: bool = False
+    ) -> None:
         super().__init__(reason)
         self.late = late
         self.killed = killed
+        self.by_force = by_force
 
 
 class Nursery:
@@ -125,7 +129,10 @@ class Nursery:
                 kind, *told = ours.recv()
             except (EOFError, OSError):
                 process.join()
-                raise Ended(_how(process.exitcode), killed=process in self._killed) from None
+                by_force = process.exitcode == -signal.SIGKILL
+                raise Ended(
+                    _how(process.exitcode), killed=process in self._killed, by_force=by_force
+                ) from None
             if kind == "progress":
                 report(*told)
             elif kind == "answer":

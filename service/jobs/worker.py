@@ -35,6 +35,7 @@ WATCH_SECONDS = 0.2
 PART_TO_JOB_POLLS = 4  # parts are long, and seldom
 REPORT_SECONDS = 0.5
 PATIENCE_SECONDS = 2.0
+LIVES = 4
 MOST_RECOVERIES = 20
 """How many workers may die under a job: many, for they die of deployments and by other jobs too.
 
@@ -192,10 +193,15 @@ class JobWorker:
         return _settled(self._call(name, "solve", (job, number, process)))
 
     def _call(self, name: str, function: str, arguments: tuple[object, ...], start: float = 0.0) -> Told:
-        """Call a function of `service.jobs.perform` in a process of its own; once more if that crashes."""
+        """Call a function of `service.jobs.perform` in a process of its own; anew if that ends too soon.
+
+        A process that was ended by force may have been an innocent one: the system ends some when
+        memory is short. One that crashed will hardly do better the next time.
+        """
         path = f"service.jobs.perform:{function}"
         report = self._reporter(name, start)
-        for _ in range(2):
+        lives = LIVES
+        while lives > 0:
             try:
                 told: Told = self._nursery.run(name, path, (self._table, self._store, *arguments), report)
                 return told
@@ -205,10 +211,13 @@ class JobWorker:
                 if ended.late:
                     return _told(DeadlineExceeded(_LATE.format(self._settings.job_seconds)))
                 _log.warning("job %s: its process ended: %s", name, ended)
+                lives -= 1 if ended.by_force else LIVES / 2
             except RuntimeError as error:
                 _log.error("job %s: %s", name, error)
                 return _told(TaskFailed(str(error)))
-        return _told(WorkerLost("the process that computed this job ended, twice; send fewer points"))
+        return _told(
+            WorkerLost("the process that computed this job ended again and again; send fewer points")
+        )
 
     # --- the database -----------------------------------------------------------------------------
 
@@ -293,6 +302,8 @@ def _percent(row: WorkflowStatus) -> float:
 
 def _expected(record: logging.LogRecord) -> bool:
     """Keep from the log what is not the engine's trouble: jobs that fail, or are dismissed."""
+    if "outcome was not recorded" in record.getMessage():  # that of a job which was dismissed meanwhile
+        return False
     error = record.exc_info[1] if record.exc_info else None
     return not isinstance(
         error, PortableWorkflowError | Ended | engine_errors.DBOSAwaitedWorkflowCancelledError

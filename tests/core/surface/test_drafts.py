@@ -24,10 +24,11 @@ def drafts(slices):
     return drafts_of(slices, FRAME)
 
 
-def test_a_few_slices_are_found_and_those_between_are_followed(drafts):
+def test_the_ends_are_found_and_most_slices_between_are_followed(drafts):
     methods = [one.method for one in drafts]
     assert len(drafts) == GROUP
-    assert all(methods[k] in METHODS for k in (0, 8, 16))
+    assert methods[0] in METHODS
+    assert methods[-1] in METHODS
     assert methods.count(FOLLOWED) > GROUP / 2
 
 

@@ -14,7 +14,7 @@ from core import divisions
 from core.errors import DegenerateInput, InvalidInput, InvalidParameter
 from core.surface.methods import contours, slices, surface
 from core.surface.parameters import ContourParameters, SliceParameters, SurfaceParameters
-from core.surface.results import ContourLevel, Mesh, RangeImage, Scans, Slice
+from core.surface.results import ContourLevel, Mesh, Pose, RangeImage, Scans, Slice
 from core.truth.objects import distances, reference_mesh, solid
 from core.truth.scanner import Scanner, scan
 from tests.core.surface.contours import ring, stack
@@ -167,6 +167,7 @@ RING = np.column_stack((np.cos(np.arange(40) / 6.3), np.sin(np.arange(40) / 6.3)
 FLAT = Slice(0.0, RING)
 PAIR = (FLAT, replace(FLAT, height=1.0))
 HUGE = 1e150
+IMAGE = RangeImage(np.dstack((*np.mgrid[0.0:3.0, 0.0:4.0], np.zeros((3, 4)))))
 
 
 def levels_at(*heights: float) -> tuple[ContourLevel, ...]:
@@ -205,6 +206,34 @@ def levels_at(*heights: float) -> tuple[ContourLevel, ...]:
             {},
             InvalidInput,
             ("meshes", 1),
+        ),
+        (
+            slices,
+            Scans(range_images=(replace(IMAGE, pose=Pose(np.eye(3), np.full(3, HUGE))),)),
+            {},
+            InvalidInput,
+            ("range_images", 0, "pose", "translation"),
+        ),
+        (
+            surface,
+            Scans(range_images=(replace(IMAGE, pose=Pose(np.eye(3), np.full(3, 1e12))),)),
+            {},
+            DegenerateInput,
+            ("range_images",),
+        ),
+        (
+            slices,
+            Scans(meshes=(Mesh(TETRAHEDRON.vertices / HUGE, TETRAHEDRON.faces),)),
+            {},
+            DegenerateInput,
+            ("meshes",),
+        ),
+        (
+            contours,
+            Scans(slices=(Slice(0.0, RING / 1e12), Slice(1.0, RING / 1e12))),
+            {},
+            DegenerateInput,
+            ("slices",),
         ),
         (contours, Scans(slices=(FLAT, Slice(1.0, RING * HUGE))), {}, InvalidInput, ("slices", 1, "points")),
         (
