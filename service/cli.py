@@ -25,6 +25,7 @@ from pydantic_core import PydanticUndefined
 
 from core.errors import InvalidInput
 from service.cli_input import UsageError, given, methods_with, option_name, read, refusal, source
+from service.cli_output import add_output, form_of, progress, write
 from service.processes import PROCESSES, Process
 from service.settings import Settings
 
@@ -152,7 +153,7 @@ def _add_process(commands: Any, command: str, methods: dict[str, Process]) -> No
         allow_abbrev=False,
     )
     _add_input(parser, rows[0])
-    _add_output(parser, rows[0].forms, "txt" if "txt" in rows[0].forms else "json")
+    add_output(parser, rows[0].forms, "txt" if "txt" in rows[0].forms else "json")
     if len(methods) > 1:
         first = next(iter(methods))
         parser.add_argument("--method", choices=list(methods), default=first, help=f"default: {first}")
@@ -211,7 +212,7 @@ def _add_examples(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.add_argument("name", nargs="?", help="what to draw or to scan; without it they are listed")
-    _add_output(parser, _EXAMPLE_FORMS, "csv")
+    add_output(parser, _EXAMPLE_FORMS, "csv")
     parser.add_argument("-n", type=int, metavar="N", help="number of samples")
     parser.add_argument(
         "--sigma", type=float, help="standard deviation of the noise, as a fraction of the size"
@@ -221,18 +222,6 @@ def _add_examples(commands: Any) -> None:
     parser.add_argument("--views", type=int, help="number of scans of a solid")
     parser.add_argument("--pixels", type=int, help="rows and columns of each scan")
     parser.set_defaults(run=_examples)
-
-
-def _add_output(parser: argparse.ArgumentParser, forms: Sequence[str], default: str) -> None:
-    parser.add_argument("-o", "--output", metavar="FILE", help="file to write; default: standard output")
-    parser.add_argument(
-        "--format", choices=forms, help=f"form of the output; default: by the name of the file, or {default}"
-    )
-    if "json" in forms and default != "json":
-        parser.add_argument(
-            "--json", action="store_const", const="json", dest="format", help="the same as --format json"
-        )
-    parser.set_defaults(forms=forms, default_form=default)
 
 
 def _add_option(parser: Any, name: str, field: FieldInfo) -> None:
@@ -308,11 +297,12 @@ def _compute(options: argparse.Namespace) -> None:
     from service.render import encode  # noqa: PLC0415 # a tenth of a second of imports
 
     process = _chosen(options)
-    form = _form(options)
+    form = form_of(options)
     submission = read(options, process)
     flags = {name: name in submission.include for name in process.include}
     try:
-        result = process.resolve()(submission.data, submission.parameters, **flags)
+        with progress() as told:
+            result = process.resolve()(submission.data, submission.parameters, progress=told, **flags)
     except InvalidInput as error:
         optional = error.loc[:1] == ("parameters",) and given(options, map(str, error.loc[1:2]))
         loc = ["query", *error.loc[1:]] if optional else ["body", *error.loc]
@@ -320,7 +310,7 @@ def _compute(options: argparse.Namespace) -> None:
         raise refusal([item], error.message, source(options)) from None
     for warning in getattr(result, "warnings", ()):
         sys.stderr.write(f"tapeline: warning: {warning.message}\n")
-    _write(encode(result, form, submission.points), options.output, form)
+    write(encode(result, form, submission.points), options.output, form)
 
 
 def _chosen(options: argparse.Namespace) -> Process:
@@ -337,7 +327,7 @@ def _examples(options: argparse.Namespace) -> None:
     if options.name is None:
         rows = [f"{row['name']:<16} {row['description']}\n" for row in examples.catalogue()]
         rows += [f"{name:<16} {text}, to be scanned\n" for name, text in examples.solids().items()]
-        _write("".join(rows).encode(), None, "text")
+        write("".join(rows).encode(), None, "text")
         return
     if options.name in examples.solids():
         _scan(options)
@@ -346,12 +336,12 @@ def _examples(options: argparse.Namespace) -> None:
         raise UsageError(
             f"{options.name}: there is no point set of this name; `tapeline examples` lists them"
         )
-    form = _form(options)
+    form = form_of(options)
     chosen = _chosen_options(options, ("n", "sigma", "outliers", "seed"), ("views", "pixels"))
     answer = examples.draw(options.name, chosen, form, "")
     if isinstance(answer, Problem):
         raise refusal(answer.errors, answer.detail, options.name)
-    _write(answer.content, options.output, form)
+    write(answer.content, options.output, form)
 
 
 def _scan(options: argparse.Namespace) -> None:
@@ -372,7 +362,7 @@ def _scan(options: argparse.Namespace) -> None:
     except OSError as error:
         raise UsageError(f"{folder}: {error.strerror}") from None
     for name, content in files.items():
-        _write(content, str(folder / name), "ply")
+        write(content, str(folder / name), "ply")
 
 
 def _chosen_options(
@@ -383,31 +373,6 @@ def _chosen_options(
         if getattr(options, name) is not None:
             raise UsageError(f"{option_name(name)}: {options.name} is not drawn with this")
     return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-
-
-def _form(options: argparse.Namespace) -> str:
-    """Form of the output: as asked for, or by the ending of the file's name."""
-    if options.format or options.output is None:
-        return options.format or options.default_form  # type: ignore[no-any-return] # a Namespace has no types
-    form = Path(options.output).suffix.lower().removeprefix(".")
-    if form not in options.forms:
-        raise UsageError(
-            f"{options.output}: choose a name that ends in .{', .'.join(options.forms)}, or --format"
-        )
-    return form
-
-
-def _write(content: bytes, output: str | None, form: str) -> None:
-    if output is None:
-        if form in {"png", "npy", "stl", "ply", "glb"} and sys.stdout.isatty():
-            raise UsageError(f"{form} is not for terminals; name a file with -o")
-        sys.stdout.buffer.write(content)
-        sys.stdout.buffer.flush()
-        return
-    try:
-        Path(output).write_bytes(content)
-    except OSError as error:
-        raise UsageError(f"{output}: {error.strerror}") from None
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-_MOST = 50_000_000  # crossings of planes and triangles
+_MOST = 10_000_000  # crossings of planes and triangles
 _DETAIL = 0.01  # of the extent: samples of a contour lie no further apart, for any mesh
 
 # For the pattern 1 a + 2 b + 4 c of the vertices above the plane: where, counter-clockwise, the first

@@ -184,7 +184,8 @@ class JobWorker:
             if done == len(parts):
                 return {}
             part = [1.0 if row.status == "SUCCESS" else _percent(row) / 100 for row in of_parts]
-            report(PARTS_SHARE * sum(part) / len(parts), f"part {done + 1} of {len(parts)}")
+            message = f"part {done + 1} of {len(parts)}{_doing(of_parts)}"
+            report(PARTS_SHARE * sum(part) / len(parts), message)
             time.sleep(WATCH_SECONDS)
 
     def _part(self, job: str, number: int, process: str) -> Told:
@@ -211,7 +212,7 @@ class JobWorker:
                 if ended.late:
                     return _told(DeadlineExceeded(_LATE.format(self._settings.job_seconds)))
                 _log.warning("job %s: its process ended: %s", name, ended)
-                lives -= 1 if ended.by_force else LIVES / 2
+                lives -= 1 if ended.by_force else LIVES // 2
             except RuntimeError as error:
                 _log.error("job %s: %s", name, error)
                 return _told(TaskFailed(str(error)))
@@ -294,6 +295,12 @@ def _settled(told: Told) -> Told:
 
 def _told(error: Exception) -> Told:
     return {"problem": problem(error).to_json()}
+
+
+def _doing(parts: list[WorkflowStatus]) -> str:
+    """Say what one of the parts that are computed now is at."""
+    told = (row.attributes or {} for row in parts if row.status == "PENDING")
+    return next((f": {one['message']}" for one in told if "message" in one), "")
 
 
 def _percent(row: WorkflowStatus) -> float:

@@ -63,7 +63,8 @@ def child(*arguments: object, **options: Any) -> subprocess.CompletedProcess[byt
     """Run a command in a process of its own."""
     command = [sys.executable, "-m", "service.cli", *map(str, arguments)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.run(command, capture_output=True, env=environment, check=False, **options)  # noqa: S603 # ours
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.run(command, env=environment, check=False, **{**pipes, **options})  # noqa: S603 # ours
 
 
 def one_line(complaint: str) -> str:
@@ -532,3 +533,15 @@ def test_what_is_wrong_with_scans_is_told_in_a_line(
     status, output, complaint = run(*(argument.format(**places) for argument in arguments))
     assert (status, output) == (2, b"")
     assert words in one_line(complaint)
+
+
+def test_a_terminal_is_told_how_far_it_has_come(circle: Path) -> None:
+    reader, terminal = os.openpty()
+    done = child("partition", circle, "-o", os.devnull, "--format", "json", stderr=terminal)
+    os.close(terminal)
+    told = os.read(reader, 10_000).decode()
+    os.close(reader)
+    assert done.returncode == 0
+    assert "  0% partitioning" in told
+    assert "100% done" in told
+    assert told.endswith("\r\x1b[K")  # nothing is left of it
