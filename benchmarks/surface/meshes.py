@@ -17,12 +17,13 @@ from core.surface.results import Mesh, RangeImage
 from core.truth import Scanner, Solid, scan
 from service.intake.range_ply import decode_conf, decode_range_ply
 
-__all__ = ["both", "real_scans", "virtual_scans"]
+__all__ = ["UPRIGHT", "both", "real_scans", "virtual_scans"]
 
 Floats = NDArray[np.float64]
 Judge = Callable[[MeshRow, Mesh], MeshRow]
 
 PROCESSES = 2
+UPRIGHT = "y"  # the axis across the levels of real scans: so the Stanford ones stand
 
 
 def virtual_scans(one: Solid, scanner: Scanner, levels: int, python: Path | None) -> Iterator[MeshRow]:
@@ -47,20 +48,20 @@ def real_scans(folder: Path, levels: int, python: Path | None) -> Iterator[MeshR
     def judged(row: MeshRow, mesh: Mesh) -> MeshRow:
         return replace(row, rms=residual(mesh, points))
 
-    for row, made in both(images, MeshRow(conf.stem, "", levels=levels), python, judged):
+    for row, made in both(images, MeshRow(conf.stem, "", levels=levels), python, judged, UPRIGHT):
         if row.program == TAPELINE and made is not None:
-            yield replace(row, together=by_tapeline(images, levels, PROCESSES).clock)
+            yield replace(row, together=by_tapeline(images, levels, UPRIGHT, PROCESSES).clock)
         else:
             yield row
 
 
 def both(
-    images: tuple[RangeImage, ...], start: MeshRow, python: Path | None, judge: Judge
+    images: tuple[RangeImage, ...], start: MeshRow, python: Path | None, judge: Judge, axis: str = "z"
 ) -> Iterator[tuple[MeshRow, Made | None]]:
     """Let both programs make a mesh, and judge it."""
     points, normals = oriented_points(images)
     start = replace(start, points=len(points))
-    yield _row(replace(start, program=TAPELINE), lambda: by_tapeline(images, start.levels), judge)
+    yield _row(replace(start, program=TAPELINE), lambda: by_tapeline(images, start.levels, axis), judge)
     if python is not None:
         yield _row(replace(start, program=OPEN3D), lambda: by_poisson(python, points, normals), judge)
 

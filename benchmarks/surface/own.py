@@ -1,4 +1,4 @@
-"""Tapeline's surface in a process of its own: ``python -m benchmarks.surface.own IN OUT LEVELS PROCESSES``.
+"""Tapeline's surface in a process of its own: ``python -m benchmarks.surface.own IN OUT LEVELS PROCESSES AXIS``.
 
 What is measured is what users get: :data:`core.surface.methods.SURFACE`, in one piece or, with several
 processes, in the parts that the service computes apart.
@@ -26,15 +26,16 @@ __all__ = ["STAGES", "load_images", "main", "save_images"]
 Floats = NDArray[np.float64]
 
 STAGES = ("triangulating and slicing", "contours", "surface", "report")
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 SPANNING, MEASURING = "spanning the surface", "measuring the surface"
 
 
 def main(arguments: list[str]) -> None:
     """Read range images, write vertices, faces and seconds."""
-    source, target, levels, processes = arguments
+    source, target, levels, processes, axis = arguments
     images = load_images(Path(source))
     warm_up()
-    parameters = SurfaceParameters(levels=int(levels))
+    parameters = SurfaceParameters(levels=int(levels), axis=AXES[axis])
     if int(processes) == 1:
         made, seconds, stages = whole(images, parameters)
     else:

@@ -12,6 +12,7 @@ from benchmarks.goals import Goal
 from benchmarks.peers.page import Origin
 from benchmarks.surface.completion import KINDS, SHARES
 from benchmarks.surface.judging import SAMPLES
+from benchmarks.surface.meshes import UPRIGHT
 from benchmarks.surface.poisson import DEPTH
 from benchmarks.surface.programs import NEAREST, OPEN3D, TAPELINE
 from benchmarks.surface.rows import CompletionRow, MeshRow, Rows, StackRow, by_name
@@ -61,7 +62,7 @@ faces that have a point in common, but no vertex."""
 
 _ABOUT_STAGES = "Where Tapeline's CPU seconds go:"
 
-_ABOUT_SCANS = """Stanford range grids with the poses of their `.conf` file, {levels} levels; not part of \
+_ABOUT_SCANS = """Stanford range grids with the poses of their `.conf` file, {levels} levels across {axis}; not part of \
 the project: `make bench-surface ARGS="--scans FOLDER"` reads any folder of them. The distance is that \
 from the scan points to the mesh, in 10⁻³ of the files' unit (metres for the bunny, hence millimetres). \
 Registered scans lie beside each other by more than their noise, so that no surface comes nearer than that \
@@ -226,7 +227,7 @@ def _scans(rows: Sequence[MeshRow]) -> list[str]:
     for row in rows:
         together = f"{row.together:.1f}" if row.together else "–"
         lines.append(_cells(row.name, *_topology(row), *_lengths(1e3 * row.rms), f"{row.cpu:.1f}", together))
-    return _section("Real scans", _ABOUT_SCANS.format(levels=rows[0].levels), lines)
+    return _section("Real scans", _ABOUT_SCANS.format(levels=rows[0].levels, axis=UPRIGHT), lines)
 
 
 def _slicing(rows: Rows) -> list[str]:

@@ -42,12 +42,12 @@ class Made:
     completed: int = 0
 
 
-def by_tapeline(images: tuple[RangeImage, ...], levels: int, processes: int = 1) -> Made:
+def by_tapeline(images: tuple[RangeImage, ...], levels: int, axis: str = "z", processes: int = 1) -> Made:
     """Let Tapeline make a surface."""
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.npz", Path(folder) / "out.npz"
         save_images(images, source)
-        _run(Path(sys.executable), "own", str(source), str(target), str(levels), str(processes))
+        _run(Path(sys.executable), "own", str(source), str(target), str(levels), str(processes), axis)
         with np.load(target) as known:
             cpu, clock = (float(one) for one in known["seconds"])
             return Made(
