@@ -218,9 +218,9 @@ def crossings_read(one: Prepared, candidate: Candidate, crossings: Reading) -> C
         return candidate
     refined = candidate.refined
     read = read_crossings(refined.curves, crossings, refined.sigma, TOUCHING * refined.sigma)
-    errors = tuple(_errors_on(line, refined) for line in read)
-    kept = replace(_as_they_are(one, read, refined.sigma), sigma=refined.sigma, errors=errors)
-    return replace(candidate, refined=kept)
+    kept = _as_they_are(one, read, refined.sigma)  # with the wished spacing of vertices
+    errors = tuple(_errors_on(line, refined) for line in kept.curves)
+    return replace(candidate, refined=replace(kept, sigma=refined.sigma, errors=errors))
 
 
 def _errors_on(line: Polyline, refined: Refined) -> Floats:

@@ -1,4 +1,4 @@
-"""Tapeline's surface in a process of its own: ``python -m benchmarks.surface.own IN OUT LEVELS PROCESSES AXIS``.
+"""Tapeline's surface in its own process: ``python -m benchmarks.surface.own IN OUT LEVELS PROCESSES AXIS``.
 
 What is measured is what users get: :data:`core.surface.methods.SURFACE`, in one piece or, with several
 processes, in the parts that the service computes apart.

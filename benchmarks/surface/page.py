@@ -62,11 +62,11 @@ faces that have a point in common, but no vertex."""
 
 _ABOUT_STAGES = "Where Tapeline's CPU seconds go:"
 
-_ABOUT_SCANS = """Stanford range grids with the poses of their `.conf` file, {levels} levels across {axis}; not part of \
-the project: `make bench-surface ARGS="--scans FOLDER"` reads any folder of them. The distance is that \
-from the scan points to the mesh, in 10⁻³ of the files' unit (metres for the bunny, hence millimetres). \
-Registered scans lie beside each other by more than their noise, so that no surface comes nearer than that \
-to all of them."""
+_ABOUT_SCANS = """Stanford range grids with the poses of their `.conf` file, {levels} levels across {axis}; \
+not part of the project: `make bench-surface ARGS="--scans FOLDER"` reads any folder of them. The distance \
+is that from the scan points to the mesh, in 10⁻³ of the files' unit (metres for the bunny, hence \
+millimetres). Registered scans lie beside each other by more than their noise, so that no surface comes \
+nearer than that to all of them."""
 
 _ABOUT_SLICING = """A tilted torus. Tapeline links segments to polylines, as `section_multiplane` does; \
 `mesh_multiplane` leaves them loose. The least of three times."""

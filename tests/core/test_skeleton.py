@@ -2,7 +2,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -549,6 +549,12 @@ PARAMETERS = st.fixed_dictionaries(
 
 
 @settings(max_examples=20, deadline=None)
+@example(
+    0,
+    "helix",
+    10,
+    {"crossings": "split", "f_d": 0.01, "outliers": "keep", "min_component_size": 1, "vertex_spacing": 0.01},
+)
 @given(SEEDS, st.sampled_from(["figure_8", "line", "blob", "helix"]), st.integers(10, 150), PARAMETERS)
 def test_any_parameters_are_answered_or_refused(seed, shape, n, parameters):
     points = {
