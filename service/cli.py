@@ -299,7 +299,7 @@ def _compute(options: argparse.Namespace) -> None:
     process = _chosen(options)
     form = form_of(options)
     submission = read(options, process)
-    flags = {name: name in submission.include for name in process.include}
+    flags = process.flags(submission.include)
     try:
         with progress() as told:
             result = process.resolve()(submission.data, submission.parameters, progress=told, **flags)

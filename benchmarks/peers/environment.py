@@ -25,15 +25,15 @@ _VERSIONS = (
 )
 
 
-def make_environment(folder: Path = FOLDER) -> Path:
-    """Install the locked packages, unless that is done; return the environment's interpreter."""
+def make_environment(folder: Path = FOLDER, lock: Path = LOCK) -> Path:
+    """Install the packages of a lock, unless that is done; return the environment's interpreter."""
     python, stamp = folder / "venv" / "bin" / "python", folder / "installed"
-    wanted = hashlib.sha256(LOCK.read_bytes()).hexdigest()
+    wanted = hashlib.sha256(lock.read_bytes()).hexdigest()
     if stamp.exists() and stamp.read_text() == wanted and python.exists():
         return python
-    print(f"Installing the peers into {folder.relative_to(ROOT)} (minutes, the first time)", file=sys.stderr)
+    print(f"Installing the peers into {folder} (minutes, the first time)", file=sys.stderr)
     _run(sys.executable, "-m", "venv", "--clear", str(folder / "venv"))
-    install = ("install", "--quiet", "--disable-pip-version-check", "--require-hashes", "-r", str(LOCK))
+    install = ("install", "--quiet", "--disable-pip-version-check", "--require-hashes", "-r", str(lock))
     _run(str(python), "-m", "pip", *install)
     stamp.write_text(wanted)
     return python

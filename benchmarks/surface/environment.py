@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 import subprocess
 import sys
 from pathlib import Path
 
-from benchmarks.peers.environment import ROOT
+from benchmarks.peers import environment
 
 __all__ = ["FOLDER", "LOCK", "is_usable", "make_environment"]
 
-FOLDER = ROOT / "build" / "surface"
+FOLDER = environment.ROOT / "build" / "surface"
 LOCK = Path(__file__).parent / "requirements.lock"
 
 
 def make_environment(folder: Path = FOLDER) -> Path:
-    """Install the locked packages, unless that is done; return the environment's interpreter."""
-    python, stamp = folder / "venv" / "bin" / "python", folder / "installed"
-    wanted = hashlib.sha256(LOCK.read_bytes()).hexdigest()
-    if stamp.exists() and stamp.read_text() == wanted and python.exists():
-        return python
-    print(f"Installing Open3D into {folder} (minutes, the first time)", file=sys.stderr)
-    _run(sys.executable, "-m", "venv", "--clear", str(folder / "venv"))
-    install = ("install", "--quiet", "--disable-pip-version-check", "--require-hashes", "-r", str(LOCK))
-    _run(str(python), "-m", "pip", *install)
-    stamp.write_text(wanted)
-    return python
+    """Install Open3D, unless that is done; return the environment's interpreter."""
+    return environment.make_environment(folder, LOCK)
 
 
 def is_usable(python: Path) -> bool:
@@ -36,7 +26,3 @@ def is_usable(python: Path) -> bool:
         print(done.stderr.strip().splitlines()[-1:], file=sys.stderr)
         print("Open3D is left out: it needs the system's libusb-1.0-0 and libgl1.", file=sys.stderr)
     return done.returncode == 0
-
-
-def _run(*command: str) -> None:
-    subprocess.run(command, check=True)  # noqa: S603 - our own

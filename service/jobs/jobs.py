@@ -12,7 +12,7 @@ import time
 import uuid
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any, TypeVar
@@ -216,15 +216,6 @@ class Jobs:
         await self._in_thread(lambda: self._expiry.remove([job]))
         return _dismissed(found)
 
-    async def ready(self) -> bool:
-        """Whether the database can be reached."""
-        try:
-            await self._in_thread(lambda: None)
-            await self._in_thread(lambda: self._client.list_queued_workflows(limit=1, load_input=False))
-        except JobsUnavailable:
-            return False
-        return True
-
     async def _in_thread(self, call: Callable[[], T]) -> T:
         try:
             return await to_thread.run_sync(lambda: self._prepared_call(call))
@@ -246,19 +237,7 @@ class Jobs:
 
 def _dismissed(job: Job) -> Job:
     now = datetime.now(UTC)
-    return Job(
-        job.id,
-        job.process,
-        "dismissed",
-        "dismissed",
-        job.progress,
-        job.created,
-        job.started,
-        now,
-        now,
-        job.digest,
-        {},
-    )
+    return replace(job, state="dismissed", message="dismissed", finished=now, updated=now, outcome={})
 
 
 def _priority(size: int) -> int:

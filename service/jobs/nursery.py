@@ -149,11 +149,6 @@ class Nursery:
                 self._killed.add(process)
                 process.kill()
 
-    def kill_all(self) -> None:
-        """End everything."""
-        for name in self.names:
-            self.kill(name)
-
 
 def _how(code: int | None) -> str:
     return signal.Signals(-code).name if code is not None and code < 0 else f"exit code {code}"
