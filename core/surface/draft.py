@@ -25,7 +25,21 @@ from core.solved import Solved
 from core.surface.axis import AxisFrame
 from core.surface.results import Slice
 
-__all__ = ["CLEAN", "METHODS", "Draft", "Found", "attempt", "draft_of", "found_in", "judged"]
+__all__ = [
+    "CLEAN",
+    "GAP",
+    "LEFT",
+    "METHODS",
+    "STRAY",
+    "Draft",
+    "Found",
+    "attempt",
+    "draft_of",
+    "found_in",
+    "is_clean",
+    "is_simple",
+    "judged",
+]
 
 Floats = NDArray[np.float64]
 
@@ -35,10 +49,15 @@ METHODS = ("skeleton", "pca")
 CLEAN = "polylines"
 """The method of drafts of slices whose closed polylines are their contours already."""
 
-_STRAY = 0.03  # share of the samples up to which loose ends beside closed contours say nothing
-_LEFT = 0.15  # share of the samples that no curve needs to explain: scans lie beside each other
+STRAY = 0.03
+"""Share of the samples up to which what lies beside closed contours says nothing."""
+
+LEFT = 0.15
+"""Share of the samples that no curve needs to explain: scans lie beside each other."""
+
 _NEAR = 6.0  # standard deviations within which samples count as a contour's own
-_GAP = 8.0  # beyond ln N, in mean distances between samples: independent samples leave no such gap
+GAP = 8.0
+"""Beyond ln N, in mean distances between samples: independent samples leave no such gap."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,14 +208,19 @@ _SOLVERS: dict[str, tuple[Componentwise[list[Found]], CommonParameters]] = {
 
 def _clean(slice_: Slice, frame: AxisFrame) -> Draft | None:
     """Return the polylines of a slice when they are its contours already."""
-    if not slice_.polylines or not all(slice_.closed):
+    if not is_clean(slice_):
         return None
     lines = [frame.to_plane(line) for line in slice_.polylines]
-    if not _is_simple(lines):
+    if not is_simple(lines):
         return None
     lengths = [float(np.linalg.norm(np.roll(line, -1, axis=0) - line, axis=1).sum()) for line in lines]
     loops = [Curve(line, True, k, lengths[k], len(line), 0.0) for k, line in enumerate(lines)]
     return Draft(slice_.height, tuple(loops), complete=True, samples=len(slice_.points), method=CLEAN)
+
+
+def is_clean(slice_: Slice) -> bool:
+    """Tell whether all polylines of a slice are closed, so that they may be its contours already."""
+    return bool(slice_.polylines) and all(slice_.closed)
 
 
 def judged(height: float, found: Sequence[Found], samples: int, method: str) -> Draft:
@@ -212,14 +236,14 @@ def judged(height: float, found: Sequence[Found], samples: int, method: str) -> 
         What found the curves.
     """
     loops = [one for one in found if one.closed]
-    loose = [one for one in found if not one.closed and (not loops or len(one.stations) > _STRAY * samples)]
+    loose = [one for one in found if not one.closed and (not loops or len(one.stations) > STRAY * samples)]
     own = [*loops, *loose]
     explained = sum(len(one.stations) for one in own)
     spacing = sum(one.length for one in own) / max(explained, 1)
     sigma = float(np.sqrt(sum(one.sigma**2 * len(one.stations) for one in own) / max(explained, 1)))
     gap = max((one.gap for one in loops), default=0.0) / spacing if spacing > 0.0 else 0.0
     left = 1.0 - explained / max(samples, 1)
-    whole = bool(loops) and not loose and gap <= np.log(samples) + _GAP and left <= _LEFT
+    whole = bool(loops) and not loose and gap <= np.log(samples) + GAP and left <= LEFT
     return Draft(
         height,
         tuple(one.curve(k) for k, one in enumerate(loops)),
@@ -228,13 +252,13 @@ def judged(height: float, found: Sequence[Found], samples: int, method: str) -> 
         spacing,
         gap,
         left,
-        whole and _is_simple([one.vertices for one in loops]),
+        whole and is_simple([one.vertices for one in loops]),
         samples,
         method,
     )
 
 
-def _is_simple(loops: Sequence[Floats]) -> bool:
+def is_simple(loops: Sequence[Floats]) -> bool:
     """Tell whether closed curves cross neither themselves nor each other."""
     return bool(shapely.MultiLineString([np.vstack((one, one[:1])) for one in loops]).is_simple)
 

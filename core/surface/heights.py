@@ -12,13 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from core.surface.linework import Linework
+from core.surface.borders import Borders, signed_distances
 from core.surface.overlay import SlabEnds
 
-__all__ = ["Places", "heights_of", "signed_distances"]
+__all__ = ["Places", "heights_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -49,16 +48,11 @@ class Places:
     reached: Bools
 
 
-def heights_of(places: Places, lines: Linework, slabs: Sequence[SlabEnds], pitch: float) -> Floats:
+def heights_of(places: Places, borders: Borders, slabs: Sequence[SlabEnds], pitch: float) -> Floats:
     """Heights (M,) of places, strictly between the planes of their slabs."""
     levels, z = _around(slabs)
     levels, z = levels[places.slab], z[places.slab]
-    order = np.argsort(lines.level, kind="stable")
-    starts = np.searchsorted(lines.level[order], np.arange(int(levels.max(initial=0)) + 2))
-    ends = lines.ends[order].astype(np.float64)
-    distance = (
-        np.column_stack([signed_distances(places.xy, levels[:, k], ends, starts) for k in range(4)]) * pitch
-    )
+    distance = pitch * np.column_stack([signed_distances(places.xy, levels[:, k], borders) for k in range(4)])
     share = np.empty(len(places.xy))
     both = places.reached.all(axis=0)
     share[both] = _between(distance[both], z[both])
@@ -81,47 +75,6 @@ def _around(slabs: Sequence[SlabEnds]) -> tuple[Ints, Floats]:
         for k, level in ((0, slab.levels[0] - step), (3, slab.levels[1] + step)):
             row[k] = level if level in heights else -1
     return levels, np.array([[heights.get(int(level), np.nan) for level in row] for row in levels])
-
-
-def signed_distances(xy: Floats, level: Ints, ends: Floats, starts: Ints) -> Floats:
-    """Distances (M,) of places from the borders of levels, positive inside.
-
-    Parameters
-    ----------
-    xy : (M, 2) array
-    level : (M,) array of int
-        -1 for none.
-    ends : (E, 2, 2) array
-        Edges, level by level.
-    starts : (K + 1,) array of int
-        First edge of each level.
-
-    Returns
-    -------
-    array
-        Minus infinity where there is no level or no border.
-    """
-    return _signed_distances(np.ascontiguousarray(xy), np.ascontiguousarray(level), ends, starts)
-
-
-@njit(cache=True)
-def _signed_distances(xy: Floats, level: Ints, ends: Floats, starts: Ints) -> Floats:
-    out = np.full(len(xy), -np.inf)
-    for i in range(len(xy)):
-        if level[i] < 0:
-            continue
-        x, y, best, inside = xy[i, 0], xy[i, 1], np.inf, False
-        for e in range(starts[level[i]], starts[level[i] + 1]):
-            ax, ay = ends[e, 0, 0] - x, ends[e, 0, 1] - y
-            bx, by = ends[e, 1, 0] - x, ends[e, 1, 1] - y
-            ux, uy = bx - ax, by - ay
-            t = min(1.0, max(0.0, -(ax * ux + ay * uy) / (ux * ux + uy * uy)))
-            px, py = ax + t * ux, ay + t * uy
-            best = min(best, px * px + py * py)
-            if (ay > 0.0) != (by > 0.0) and (ax * by - ay * bx > 0.0) == (by > ay):
-                inside = not inside
-        out[i] = np.sqrt(best) if inside else -np.sqrt(best)
-    return out
 
 
 def _between(distance: Floats, z: Floats) -> Floats:

@@ -2,7 +2,7 @@
 
 Between heights z0 and z1 with signed distances f0 and f1 to their contours (negative inside) the contour
 at z is where ((z1 - z) f0 + (z - z0) f1) / (z1 - z0) is zero: closed curves, whatever joins or parts.
-Where the levels beyond these two have as many contours, the cubic through all four goes on
+Where levels beyond these two have as many contours, the parabola or cubic through all goes on
 around bends, from which the straight line errs by half the curvature times (z - z0) (z1 - z).
 """
 
@@ -37,9 +37,9 @@ def between(strata: Sequence[Stratum], height: float, pitch: float) -> list[Floa
 
     Parameters
     ----------
-    strata : two or four of Stratum
-        Ascending; half of them below the height. Contours do not repeat their first vertex; inside is what
-        an odd number of them encloses.
+    strata : two to four of Stratum
+        Ascending; one or two of them below the height, and above it. Contours do not repeat their first
+        vertex; inside is what an odd number of them encloses.
     height : float
     pitch : float
         Of the grid on which distances are interpolated; larger where too many nodes would be needed. On
@@ -82,20 +82,21 @@ def _field(strata: Sequence[Stratum], height: float, nodes: Floats, pitch: float
 
 
 def _interpolated(fields: Sequence[Floats], heights: Floats, height: float) -> Floats:
-    """Interpolate values at heights, of two straight, of four by the cubic unless that goes astray."""
-    inner = len(fields) // 2
+    """Interpolate values at heights: straight, or by the parabola or cubic unless that goes astray."""
+    inner = int(np.searchsorted(heights, height))
     below, above = fields[inner - 1], fields[inner]
     share = (height - heights[inner - 1]) / (heights[inner] - heights[inner - 1])
-    straight = (1.0 - share) * below + share * above
+    straight = np.asarray((1.0 - share) * below + share * above)
     if len(fields) == 2:
-        return np.asarray(straight)
-    cubic = np.zeros_like(straight)
+        return straight
+    curved = np.zeros_like(straight)
     for k, field in enumerate(fields):
         others = np.delete(heights, k)
-        cubic += np.prod((height - others) / (heights[k] - others)) * field
-    # contours that bend move from level to level by more than the cubic differs from the straight line
-    most = (np.abs(above - below) + np.abs(below - fields[0]) + np.abs(above - fields[3])) / 2.0
-    return np.asarray(straight + np.clip(cubic - straight, -most, most))
+        curved += np.prod((height - others) / (heights[k] - others)) * field
+    # contours that bend move from level to level by more than the curve differs from the straight line
+    steps = [np.abs(fields[k] - fields[k - 1]) for k in range(1, len(fields))]
+    most = sum(steps[1:], steps[0]) / 2.0
+    return np.asarray(straight + np.clip(curved - straight, -most, most))
 
 
 def _dense(loop: Floats, spacing: float) -> Floats:

@@ -12,13 +12,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-__all__ = ["Grid", "Linework", "borders_of", "linework_of", "node_keys", "without_doubles"]
+from core.surface.boxes import order_of, tree_of
+
+__all__ = ["Grid", "Linework", "borders_of", "boxes_of", "linework_of", "node_keys", "without_doubles"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 FINENESS = 1e-6  # of the extent: far below any spacing of samples, above the resolution of single precision
 KEY_SHIFT = 2**31  # coordinates stay far below
+APART = 2.0**24  # grid units between levels, more than contours extend: branches of trees part levels first
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +72,11 @@ class Linework:
         """Some of the edges."""
         return Linework(self.ends[which], self.level[which], self.gated[which])
 
+    def by_level(self, count: int) -> list[Ints]:
+        """Indices of the edges of each of so many levels, ascending."""
+        order = np.argsort(self.level, kind="stable")
+        return np.split(order, np.searchsorted(self.level[order], np.arange(1, count)))
+
     def joined(self, other: Linework) -> Linework:
         """These edges, then the others."""
         return Linework(
@@ -103,12 +111,23 @@ def without_doubles(lines: Linework) -> Ints:
 
     Of different levels, edges may lie in the same place.
     """
-    keys = np.sort(node_keys(lines.ends), axis=1)
-    order = np.lexsort((keys[:, 1], keys[:, 0], lines.level))
-    rows = np.column_stack((lines.level, keys))[order]
-    starts = np.flatnonzero(np.concatenate(([True], np.any(rows[1:] != rows[:-1], axis=1)))[: len(rows)])
-    counts = np.diff(np.append(starts, len(rows)))
+    one, other = node_keys(lines.ends).T
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    order = np.lexsort((high, low, lines.level))
+    a, b, c = (np.diff(column[order]) != 0 for column in (high, low, lines.level))
+    starts = np.flatnonzero(np.concatenate(([True], a | b | c))[: len(order)])
+    counts = np.diff(np.append(starts, len(order)))
     return np.sort(order[starts[counts % 2 == 1]])
+
+
+def boxes_of(lines: Linework) -> tuple[Floats, Ints]:
+    """A tree of boxes around edges (`core.surface.boxes`), and the edge of each leaf.
+
+    Each box is at the height of its level's number. There is at least one edge.
+    """
+    a, b = (np.column_stack((lines.ends[:, k], lines.level)).astype(np.float64) for k in range(2))
+    order = order_of((a + b) * (1.0, 1.0, APART))
+    return tree_of(np.minimum(a, b)[order], np.maximum(a, b)[order]), order
 
 
 def borders_of(area: object, level: int, gated: NDArray[np.bool_]) -> Linework:

@@ -34,23 +34,36 @@ def link(segments: Ints, nodes: int) -> tuple[Ints, Ints, Bools]:
         Polyline p has the nodes ``chains[starts[p]:starts[p + 1]]``.
     closed : (P,) array of bool
     """
-    ends = np.argsort(2 * segments.ravel() + np.tile([0, 1], len(segments)), kind="stable")
-    bounds = np.zeros(nodes + 1, np.int64)
-    np.cumsum(np.bincount(segments.ravel(), minlength=nodes), out=bounds[1:])
-    partner = _paired(ends, bounds)
-    chains, starts, closed = _chained(np.ascontiguousarray(segments), partner)
+    segments = np.ascontiguousarray(segments)
+    partner = _paired(*_sorted(segments, nodes))
+    chains, starts, closed = _chained(segments, partner)
     return chains, starts, closed
+
+
+@njit(cache=True)
+def _sorted(segments, nodes):  # type: ignore[no-untyped-def]
+    """Return the ends 2 s (start) and 2 s + 1 by node, and where the starts and the ends of each begin."""
+    bounds = np.zeros(2 * nodes + 1, np.int64)
+    for s in range(segments.shape[0]):
+        for k in range(2):
+            bounds[2 * segments[s, k] + k + 1] += 1
+    for place in range(1, bounds.shape[0]):
+        bounds[place] += bounds[place - 1]
+    ends, filled = np.empty(2 * segments.shape[0], np.int64), bounds.copy()
+    for s in range(segments.shape[0]):
+        for k in range(2):
+            place = 2 * segments[s, k] + k
+            ends[filled[place]] = 2 * s + k
+            filled[place] += 1
+    return ends, bounds
 
 
 @njit(cache=True)
 def _paired(ends, bounds):  # type: ignore[no-untyped-def]
     """Return for the ends 2 s (start) and 2 s + 1 of each segment the ones that they are joined to, or -1."""
     partner = np.full(ends.shape[0], -1, np.int64)
-    for node in range(bounds.shape[0] - 1):
-        first, last = bounds[node], bounds[node + 1]
-        middle = first
-        while middle < last and ends[middle] % 2 == 0:
-            middle += 1
+    for node in range(bounds.shape[0] // 2):
+        first, middle, last = bounds[2 * node], bounds[2 * node + 1], bounds[2 * node + 2]
         mixed = min(middle - first, last - middle)
         for k in range(mixed):
             one, other = ends[first + k], ends[middle + k]

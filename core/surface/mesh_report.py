@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from core.surface.results import Mesh, SurfaceReport
@@ -25,20 +25,20 @@ def report_of(mesh: Mesh, method: str = "slabs", completed_levels: tuple[float, 
     of the mesh with each border filled.
     """
     faces = mesh.faces
-    used = np.unique(faces)
+    used = int(np.count_nonzero(np.bincount(faces.ravel())))
     edges = _Edges.of(faces)
-    fans = _parts(3 * len(faces), *edges.corner_links())
-    components = _parts(len(faces), edges.first // 3, edges.second // 3)
-    euler = int(len(used) - edges.count + len(faces))
+    components = _parts(edges.across // 3, 3)
+    euler = used - edges.count + len(faces)
     borders = edges.borders()
+    normals = _normals(mesh)
     return SurfaceReport(
         closed=edges.closed,
-        manifold=edges.manifold and fans == len(used),
+        manifold=edges.manifold and edges.fans() == used,
         components=components,
         euler=euler,
         genus=max(0, (2 * components - borders - euler) // 2),
-        volume=volume_of(mesh),
-        area=float(0.5 * np.sqrt((_normals(mesh) ** 2).sum(axis=1)).sum()),
+        volume=_volume(mesh, normals),
+        area=float(0.5 * np.sqrt(np.einsum("ij,ij->i", normals, normals)).sum()),
         self_intersections=self_intersections(mesh),
         completed_levels=completed_levels,
         method=method,
@@ -52,16 +52,19 @@ def is_sound(report: SurfaceReport) -> bool:
 
 def volume_of(mesh: Mesh) -> float:
     """Signed volume, positive when faces are counter-clockwise seen from outside."""
+    return _volume(mesh, _normals(mesh))
+
+
+def _volume(mesh: Mesh, normals: Floats) -> float:
     centred = mesh.vertices - mesh.vertices.mean(axis=0) if len(mesh.vertices) else mesh.vertices
-    a = centred[mesh.faces[:, 0]]
-    return float((a * _normals(mesh)).sum() / 6.0)
+    return float(np.einsum("ij,ij->", centred[mesh.faces[:, 0]], normals) / 6.0)
 
 
 def _normals(mesh: Mesh) -> Floats:
     """Normals (F, 3), as long as twice the area."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    normals: Floats = np.cross(b - a, c - a)
-    return normals
+    (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
+    return np.column_stack((uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,61 +75,59 @@ class _Edges:
     ----------
     count : int
         Of undirected edges.
-    first, second : (P,) arrays of int
-        Half-edges that are alone in both directions of their edge.
-    loose : (L,) array of int
-        Half-edges without another in the opposite direction.
-    ends : (H, 2) array of int
+    across : (H,) array of int
+        For each half-edge the other one of its edge, if there is one only and in the opposite
+        direction; else itself.
+    loose : (L, 2) array of int
+        Ends of half-edges that are alone on their edge.
     closed, manifold : bool
     """
 
     count: int
-    first: Ints
-    second: Ints
+    across: Ints
     loose: Ints
-    ends: Ints
     closed: bool
     manifold: bool
 
     @classmethod
     def of(cls, faces: Ints) -> _Edges:
-        ends = np.stack((faces, np.roll(faces, -1, axis=1)), axis=2).reshape(-1, 2)
-        total = int(faces.max(initial=0)) + 1
-        keys = ends.min(axis=1) * total + ends.max(axis=1)
-        order = np.argsort(keys, kind="stable")
-        starts = np.flatnonzero(np.concatenate(([True], np.diff(keys[order]) != 0))[: len(keys)])
-        counts = np.diff(np.append(starts, len(keys)))
-        twice = starts[counts == 2]
-        first, second = order[twice], order[twice + 1]
-        opposite = ends[first, 0] == ends[second, 1]
-        oriented = bool(opposite.all()) and not np.any(ends[:, 0] == ends[:, 1])
+        start, end = faces.ravel(), faces[:, (1, 2, 0)].ravel()
+        keys = np.minimum(start, end) * (int(faces.max(initial=0)) + 1) + np.maximum(start, end)
+        order = np.argsort(keys)
+        keys = keys[order]
+        firsts = np.flatnonzero(np.concatenate(([True], keys[1:] != keys[:-1]))[: len(keys)])
+        counts = np.diff(np.append(firsts, len(keys)))
+        twice, once = firsts[counts == 2], order[firsts[counts == 1]]
+        one, other = order[twice], order[twice + 1]
+        opposite = start[one] == end[other]
+        oriented = bool(opposite.all()) and not np.any(start == end)
+        across = np.arange(len(keys))
+        across[one[opposite]], across[other[opposite]] = other[opposite], one[opposite]
         return cls(
-            len(starts),
-            first[opposite],
-            second[opposite],
-            order[starts[counts == 1]],
-            ends,
+            len(firsts),
+            across,
+            np.column_stack((start[once], end[once])),
             closed=bool((counts == 2).all()) and oriented and len(faces) > 0,
             manifold=bool((counts <= 2).all()) and oriented,
         )
 
-    def corner_links(self) -> tuple[Ints, Ints]:
-        """Pairs of corners (3 f + k) of one vertex in faces that share an edge there."""
-        a, b = self.first, self.second
-        return np.concatenate((a, _next(a))), np.concatenate((_next(b), b))
+    def fans(self) -> int:
+        """Number of classes of corners that faces join which share an edge there."""
+        corners = np.arange(len(self.across))
+        after = self.across - self.across % 3 + (self.across + 1) % 3
+        return _parts(np.where(self.across == corners, corners, after), 1)
 
     def borders(self) -> int:
         """Number of loops of loose edges."""
-        vertices, ends = np.unique(self.ends[self.loose], return_inverse=True)
-        ends = ends.reshape(-1, 2)
-        return _parts(len(vertices), ends[:, 0], ends[:, 1])
+        vertices, ends = np.unique(self.loose, return_inverse=True)
+        links = coo_array((np.ones(len(self.loose)), tuple(ends.reshape(-1, 2).T)), (len(vertices),) * 2)
+        return int(connected_components(links, directed=False)[0]) if len(vertices) else 0
 
 
-def _next(half_edges: Ints) -> Ints:
-    return half_edges - half_edges % 3 + (half_edges + 1) % 3
-
-
-def _parts(count: int, a: Ints, b: Ints) -> int:
-    """Number of connected parts of ``count`` things with links a - b."""
-    links = coo_array((np.ones(len(a)), (a, b)), (count, count))
-    return int(connected_components(links, directed=False)[0]) if count else 0
+def _parts(links: Ints, each: int) -> int:
+    """Number of connected parts of things that have links to so many others each, one after another."""
+    count = len(links) // each
+    starts = np.arange(0, len(links) + 1, each)
+    weights: Floats = np.ones(len(links))
+    graph: csr_array[np.float64, tuple[int, int]] = csr_array((weights, links, starts), (count, count))
+    return int(connected_components(graph, directed=False)[0]) if count else 0

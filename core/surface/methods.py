@@ -8,7 +8,7 @@ completed; ``surface``: the contours spanned by one closed mesh, which is then m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +61,7 @@ def slices(
     kind = stack.given(scans)
     if kind in {"slices", "contours"}:
         raise InvalidInput(f"There is nothing to slice in {kind}; give meshes or range images.", (kind,))
-    _, found = _sliced(scans, parameters, progress)
+    found = _sliced(scans, parameters, progress).slices
     tell(progress, 1.0, "done")
     return Slices(_axis(parameters), found)
 
@@ -140,8 +140,10 @@ def _contours(
 ) -> Contours:
     """Contours, with what has been found of each level elsewhere."""
     _refuse_contours(scans)
-    _, found = _sliced(scans, parameters, within(progress, 0.0, CUT))
-    levels = levelwise.contour_levels(found, parameters, within(progress, CUT, 1.0), drafts)
+    found = _sliced(scans, parameters, within(progress, 0.0, CUT))
+    shown = stack.shown_by(found.meshes, found.slices, parameters)
+    told = within(progress, CUT, 1.0)
+    levels = levelwise.contour_levels(found.slices, parameters, shown, told, drafts)
     return Contours(_axis(parameters), levels, _warnings(levels))
 
 
@@ -157,9 +159,11 @@ def _surface(
     if kind == "contours":
         points, levels = np.zeros((0, 3)), stack.given_contours(scans, parameters)
     else:
-        points, found = _sliced(scans, parameters, within(progress, 0.0, CUT))
-        _require_two(found, parameters, kind)
-        levels = levelwise.contour_levels(found, parameters, within(progress, CUT, CONTOURED), drafts)
+        found = _sliced(scans, parameters, within(progress, 0.0, CUT))
+        _require_two(found.slices, parameters, kind)
+        shown = stack.shown_by(found.meshes, found.slices, parameters)
+        told = within(progress, CUT, CONTOURED)
+        points, levels = found.points, levelwise.contour_levels(found.slices, parameters, shown, told, drafts)
     tell(progress, CONTOURED, "spanning the surface")
     made = _spanned(levels, parameters, kind)
     tell(progress, SKINNED, "measuring the surface")
@@ -179,18 +183,28 @@ def _spanned(levels: Sequence[ContourLevel], parameters: SurfaceParameters, kind
         raise type(error)(error.message, (kind,), error.kind) from None
 
 
-def _sliced(
-    scans: Scans, parameters: SliceParameters, progress: Progress | None
-) -> tuple[Floats, tuple[Slice, ...]]:
-    """Return the scan points, (N, 3), and the slices."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cut:
+    """Slices by height, and the meshes that were cut; none where slices were given."""
+
+    slices: tuple[Slice, ...]
+    meshes: tuple[Mesh, ...] = ()
+
+    @property
+    def points(self) -> Floats:
+        """The scan points, (N, 3)."""
+        of = [one.vertices for one in self.meshes] or [one.points for one in self.slices]
+        return np.concatenate(of)
+
+
+def _sliced(scans: Scans, parameters: SliceParameters, progress: Progress | None) -> _Cut:
+    """Return the slices, those given or those of the meshes and range images."""
     if stack.given(scans) == "slices":
-        found = stack.cut(scans, parameters, ())
-        return np.concatenate([one.points for one in found]), found
+        return _Cut(stack.cut(scans, parameters, ()))
     tell(progress, 0.0, "triangulating range images")
-    meshes: tuple[Mesh, ...] = stack.meshes_of(scans)
+    meshes = stack.meshes_of(scans)
     tell(progress, 0.5, "slicing")
-    found = stack.cut(scans, parameters, meshes)
-    return np.concatenate([one.vertices for one in meshes]), found
+    return _Cut(stack.cut(scans, parameters, meshes), meshes)
 
 
 def _require_two(found: Sequence[Slice], parameters: SurfaceParameters, kind: str) -> None:
@@ -221,7 +235,9 @@ def _axis(parameters: SliceParameters) -> Floats:
 def _split(scans: Scans, parameters: ContourParameters) -> tuple[Levels, ...]:
     if stack.given(scans) == "contours":
         return ()
-    return levelwise.parts_of(_sliced(scans, parameters, None)[1], parameters)
+    found = _sliced(scans, parameters, None)
+    shown = stack.shown_by(found.meshes, found.slices, parameters)
+    return levelwise.parts_of(found.slices, parameters, shown)
 
 
 def _joined_contours(

@@ -10,18 +10,20 @@ nothing is left (iterated snap rounding: Halperin and Packer 2002).
 from __future__ import annotations
 
 import numpy as np
-import shapely
+from numba import njit
 from numpy.typing import NDArray
 
-from core.surface.linework import Linework, node_keys, without_doubles
+from core.surface.boxes import DEEP
+from core.surface.linework import Linework, boxes_of, node_keys, without_doubles
 from core.surface.pinches import cut_apart
 
 __all__ = ["Unsettled", "noded"]
 
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-APART = 2**24  # grid units between the copies of neighbouring levels, for one search over all of them
+CROSS = 2  # neither end of an edge
 MOST_ROUNDS = 100
 GROWTH = 8  # times the edges noded: more come of cutting regions apart in vain
 MOST_NODES = 8  # times the edges, or
@@ -56,15 +58,15 @@ def noded(lines: Linework, reach: int = 1) -> Linework:
             attempt += 1
             if not new.any():
                 return lines
-        i, j = _neighbours(lines, new, reach)
-        edge, point = _near_misses(lines.ends, i, j)
-        cross = _cross(lines.ends, i, j)
+        one, other, kind = _meetings(lines.ends, lines.level, new, *boxes_of(lines), reach).T
+        near, cross = kind != CROSS, kind == CROSS
         waiting = np.zeros(len(lines), np.bool_)
-        if len(edge):
+        if near.any():
             # Edges led through nodes may cross no more: two that chase each other never would settle.
-            waiting[i[cross]] = True
+            waiting[one[cross]] = True
+            edge, point = one[near], lines.ends[other[near], kind[near]]
         else:
-            edge, point = _crossings(lines.ends, i[cross], j[cross])
+            edge, point = _crossings(lines.ends, one, other)
         lines, new = _split(lines, edge, point, waiting)
         kept = without_doubles(lines)
         lines, new = lines.taken(kept), new[kept]
@@ -73,54 +75,88 @@ def noded(lines: Linework, reach: int = 1) -> Linework:
     raise Unsettled
 
 
-def _neighbours(lines: Linework, new: Bools, reach: int) -> tuple[Ints, Ints]:
-    """Pairs of edges whose boxes meet, at least one of them new."""
-    low, high = lines.ends.min(axis=1), lines.ends.max(axis=1) + 1
-    shift = lines.level * APART
-    boxes = shapely.box(low[:, 0] + shift, low[:, 1], high[:, 0] + shift, high[:, 1])
-    tree = shapely.STRtree(boxes)
-    asked = np.flatnonzero(new)
-    low, high, shift = low[asked], high[asked], shift[asked]
-    first, second = [], []
-    for step in range(0 if new.all() else -reach, reach + 1):
-        left, right = low[:, 0] + shift + step * APART, high[:, 0] + shift + step * APART
-        i, j = tree.query(boxes[asked] if step == 0 else shapely.box(left, low[:, 1], right, high[:, 1]))
-        i = asked[i]
-        once = (i < j) | ~new[j] if step == 0 else (step > 0) | ~new[j]
-        first.append(i[once])
-        second.append(j[once])
-    return np.concatenate(first), np.concatenate(second)
+@njit(cache=True)
+def _meetings(ends: Ints, level: Ints, new: Bools, tree: Floats, order: Ints, reach: int) -> Ints:
+    """Rows of two edges, of which one is new, and how they meet.
+
+    0 or 1: the first one runs through that end of the other, strictly within; CROSS: they cross at a
+    point that is no end, the first one being of the lower level or, of the same, the one listed first.
+    """
+    rows, count = np.empty((1024, 3), np.int64), 0
+    leaves, stack = len(tree) // 2, np.empty(DEEP, np.int64)
+    all_new = np.all(new)
+    for leaf in range(leaves, leaves + len(order)):
+        i, here = order[leaf - leaves], leaf
+        while here > 1 and new[i]:
+            # What lies beside the way from the leaf to the root; to the left of it, new ones have
+            # been there.
+            stack[0], size = here ^ 1, 1 - (here % 2 if all_new else 0)
+            here //= 2
+            while size > 0:
+                size -= 1
+                node = stack[size]
+                if _apart(tree, leaf, node, reach):
+                    continue
+                if node < leaves:
+                    stack[size], stack[size + 1] = 2 * node, 2 * node + 1
+                    size += 2
+                    continue
+                j = order[node - leaves]
+                if node > leaf or not new[j]:
+                    if count + 5 > len(rows):
+                        rows = np.concatenate((rows, np.empty_like(rows)))
+                    count = _listed(ends, i, j, (level[i], i) < (level[j], j), rows, count)
+    return rows[:count]
 
 
-def _near_misses(ends: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints]:
-    """Edges of pairs, and the (M, 2) ends of the other that they run through strictly within."""
-    edges, points = [], []
+@njit(cache=True)
+def _listed(ends: Ints, i: int, j: int, ordered: bool, rows: Ints, count: int) -> int:
+    """Add how two edges meet to the rows; returns their number."""
     for one, other in ((i, j), (j, i)):
-        start, stop = ends[one, 0], ends[one, 1]
         for end in range(2):
-            point = ends[other, end]
-            near = _is_near(point, start, stop)
-            near &= np.any(point != start, axis=1) & np.any(point != stop, axis=1)
-            edges.append(one[near])
-            points.append(point[near])
-    return np.concatenate(edges), np.concatenate(points)
+            if _is_near(ends, other, end, one):
+                rows[count, 0], rows[count, 1], rows[count, 2] = one, other, end
+                count += 1
+    if _parted(ends, i, j) and _parted(ends, j, i):
+        first, second = (i, j) if ordered else (j, i)
+        rows[count, 0], rows[count, 1], rows[count, 2] = first, second, CROSS
+        count += 1
+    return count
 
 
-def _is_near(p: Ints, a: Ints, b: Ints) -> Bools:
-    """Whether edges a b run through the unit squares around points, between their ends."""
-    step = b - a
-    along = ((p - a) * step).sum(axis=1)
-    across: Bools = 2 * np.abs(_turn(a, b, p)) < np.abs(step).sum(axis=1)
-    between: Bools = (along > 0) & (along < (step**2).sum(axis=1))
-    return across & between
+@njit(cache=True)
+def _apart(tree: Floats, a: int, b: int, reach: int) -> bool:
+    """Whether boxes are more than a grid unit apart, or more than ``reach`` levels."""
+    return bool(
+        tree[a, 0, 0] > tree[b, 1, 0] + 1
+        or tree[b, 0, 0] > tree[a, 1, 0] + 1
+        or tree[a, 0, 1] > tree[b, 1, 1] + 1
+        or tree[b, 0, 1] > tree[a, 1, 1] + 1
+        or tree[a, 0, 2] > tree[b, 1, 2] + reach
+        or tree[b, 0, 2] > tree[a, 1, 2] + reach
+    )
 
 
-def _cross(ends: Ints, i: Ints, j: Ints) -> Bools:
-    """Whether pairs of edges cross at a point that is no end."""
-    a, b, c, d = ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1]
-    parts = np.sign(_turn(a, b, c)) * np.sign(_turn(a, b, d)) < 0
-    parted: Bools = np.sign(_turn(c, d, a)) * np.sign(_turn(c, d, b)) < 0
-    return parts & parted
+@njit(cache=True)
+def _is_near(ends: Ints, other: int, end: int, edge: int) -> bool:
+    """Whether an edge runs through the unit square around an end of another, between its own ends."""
+    ax, ay = ends[edge, 0, 0], ends[edge, 0, 1]
+    dx, dy = ends[edge, 1, 0] - ax, ends[edge, 1, 1] - ay
+    px, py = ends[other, end, 0] - ax, ends[other, end, 1] - ay
+    if (px == 0 and py == 0) or (px == dx and py == dy):
+        return False
+    along = px * dx + py * dy
+    return bool(2 * abs(dx * py - dy * px) < abs(dx) + abs(dy) and 0 < along < dx * dx + dy * dy)
+
+
+@njit(cache=True)
+def _parted(ends: Ints, edge: int, other: int) -> bool:
+    """Whether an edge's line has the other's ends on different sides."""
+    ax, ay = ends[edge, 0, 0], ends[edge, 0, 1]
+    dx, dy = ends[edge, 1, 0] - ax, ends[edge, 1, 1] - ay
+    first = dx * (ends[other, 0, 1] - ay) - dy * (ends[other, 0, 0] - ax)
+    second = dx * (ends[other, 1, 1] - ay) - dy * (ends[other, 1, 0] - ax)
+    return bool((first > 0 and second < 0) or (first < 0 and second > 0))
 
 
 def _crossings(ends: Ints, i: Ints, j: Ints) -> tuple[Ints, Ints]:

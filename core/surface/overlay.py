@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import pairwise
 
 import numpy as np
 import shapely
+from numba import njit
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components, dijkstra
 
 from core.surface.linework import Linework, node_keys
 
-__all__ = ["Overlay", "SlabEnds", "area_of", "edges_of", "grouped", "overlay_of", "slab_ends"]
+__all__ = ["Overlay", "SlabEnds", "area_of", "edges_by_slab", "edges_of", "overlay_of", "slab_ends"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -66,6 +66,8 @@ class Overlay:
         Whether the triangle lies in A, in C.
     border : (T, 3, 2) array of bool
         Whether the edge lies on the border of A, of C.
+    part : (T,) array of int
+        Connected part of the slab without the borders.
     """
 
     node: Ints
@@ -76,6 +78,7 @@ class Overlay:
     neighbours: Ints
     inside: Bools
     border: Bools
+    part: Ints
 
 
 def slab_ends(lines: Linework, heights: Floats, step: int = 1) -> list[SlabEnds]:
@@ -85,7 +88,7 @@ def slab_ends(lines: Linework, heights: Floats, step: int = 1) -> list[SlabEnds]
     are gated reach up or down to it only, the others past it to the next.
     """
     out = []
-    by_level = [np.flatnonzero(lines.level == k) for k in range(len(heights))]
+    by_level = lines.by_level(len(heights))
     for k in range(0, len(heights) - step, step):
         lower, upper = by_level[k], by_level[k + step]
         stop_below, stop_above = lines.gated[lower, 1], lines.gated[upper, 0]
@@ -109,38 +112,42 @@ def overlay_of(lines: Linework, slabs: Sequence[SlabEnds], inner: Sequence[Ints]
     _, first, nodes = np.unique(node_keys(lines.ends), return_index=True, return_inverse=True)
     points, nodes = lines.ends.reshape(-1, 2)[first], nodes.reshape(-1, 2)
     inner = inner or [points[:0]] * len(slabs)
-    counts = np.cumsum([len(points), *(len(each) for each in inner)])
-    points = np.concatenate((points, *inner))
-    cuts = [
-        _triangulated(points, nodes[slab.lower], nodes[slab.upper], np.arange(first, last))
-        for slab, first, last in zip(slabs, counts[:-1], counts[1:], strict=True)
-    ]
-    starts = np.cumsum([0] + [len(cut.node) for cut in cuts])[:-1]
-    firsts = np.cumsum([0] + [len(cut.triangles) for cut in cuts])[:-1]
-    total = int(sum(len(cut.node) for cut in cuts))
-    triangles = np.concatenate([cut.triangles + start for cut, start in zip(cuts, starts, strict=True)])
-    neighbours = np.concatenate(
-        [_raised(cut.neighbours, int(t)) for cut, t in zip(cuts, firsts, strict=True)]
+    borders, points = len(points), np.concatenate((points, *inner))
+    edges, slab, end = edges_by_slab(slabs)
+    further = np.repeat(np.arange(len(slabs)), [len(each) for each in inner]), np.arange(borders, len(points))
+    keys = (slab[:, None] * len(points) + nodes[edges]).ravel()
+    names, ends = np.unique(
+        np.concatenate((keys, further[0] * len(points) + further[1])), return_inverse=True
     )
-    sides = edges_of(triangles, total)
-    border = np.stack(
-        [
-            np.isin(
-                sides,
-                np.concatenate(
-                    [edges_of(cut.borders[k] + s, total) for cut, s in zip(cuts, starts, strict=True)]
-                ),
-            )
-            for k in range(2)
-        ],
-        axis=-1,
+    slab_of, node = np.divmod(names, len(points))
+    ends = ends[: len(keys)].reshape(-1, 2)
+    starts = np.searchsorted(slab_of, np.arange(len(slabs) + 1))
+    tables = _triangulated(points[node], starts, ends - starts[slab][:, None], slab)
+    vertex_starts = starts + ENCLOSING * np.arange(len(slabs) + 1)
+    triangles, neighbours = _joined(tables, vertex_starts)
+    vertices = np.full(int(vertex_starts[-1]), -1)
+    vertices[np.arange(len(node)) + ENCLOSING * (slab_of + 1)] = node
+    inside, border, part = _labelled(
+        triangles, neighbours, vertices, ends + ENCLOSING * (slab[:, None] + 1), end
     )
-    node = np.concatenate([cut.node for cut in cuts])
-    outside = np.any(node[triangles] < 0, axis=1)
-    inside = np.column_stack([_parity(neighbours, border[:, :, k], outside) for k in range(2)])
-    slab = np.repeat(np.arange(len(cuts)), [len(cut.node) for cut in cuts])
-    free = np.flatnonzero(node >= counts[0])
-    return Overlay(node, free, points, slab, triangles, neighbours, inside, border)
+    return Overlay(
+        vertices,
+        np.flatnonzero(vertices >= borders),
+        points,
+        np.repeat(np.arange(len(slabs)), np.diff(vertex_starts)),
+        triangles,
+        neighbours,
+        inside,
+        border,
+        part,
+    )
+
+
+def edges_by_slab(slabs: Sequence[SlabEnds]) -> tuple[Ints, Ints, Ints]:
+    """Indices of the edges of all slabs, one slab after another; the slab of each, and at which end it is."""
+    both = [edges for slab in slabs for edges in (slab.lower, slab.upper)]
+    which = np.repeat(np.arange(len(both)), [len(edges) for edges in both])
+    return np.concatenate(both), which // 2, which % 2
 
 
 def area_of(lines: Linework, mine: Ints) -> object:
@@ -160,57 +167,98 @@ def edges_of(corners: Ints, total: int) -> Ints:
     return keys
 
 
-def grouped(neighbours: Ints, parted: Bools) -> Ints:
-    """Number of the connected part of each triangle, where ``parted`` (T, 3) edges part."""
-    triangle, side = np.nonzero((neighbours >= 0) & ~parted)
-    links = coo_array(
-        (np.ones(len(triangle)), (triangle, neighbours[triangle, side])), (len(neighbours),) * 2
-    )
-    labels: Ints = connected_components(links, directed=False)[1].astype(np.int64)
-    return labels
+def _triangulated(
+    points: Ints, starts: Ints, edges: Ints, slab: Ints
+) -> list[tuple[NDArray[np.uint32], NDArray[np.uint32]]]:
+    """The constrained Delaunay triangulation of each slab: vertices, and neighbours, of its triangles.
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Cut:
-    """One slab's triangulation; node -1 is a vertex of the enclosing triangle."""
-
-    node: Ints
-    triangles: Ints
-    neighbours: Ints
-    borders: tuple[Ints, Ints]
-
-
-def _triangulated(points: Ints, lower: Ints, upper: Ints, inner: Ints) -> _Cut:
-    """The constrained Delaunay triangulation of edges (E, 2) between points, and of further points."""
+    Slab s has the points ``starts[s]`` to ``starts[s + 1]``, between which its edges (E, 2) run.
+    """
     cdt = import_module("pythoncdt")
-    node, local = np.unique(np.concatenate((lower, upper)), return_inverse=True)
-    local = local.reshape(-1, 2) + ENCLOSING
-    mesh = cdt.Triangulation(cdt.VertexInsertionOrder.AUTO, cdt.IntersectingConstraintEdges.NOT_ALLOWED, 0.0)
-    node = np.concatenate((node, inner))
-    mesh.insert_vertices(points[node].astype(np.float64))
-    mesh.insert_edges((local - ENCLOSING).astype(np.uint32))
-    table = mesh.triangles_array()
-    neighbours = table["neighbors"].astype(np.int64)
-    neighbours[neighbours == NONE] = -1
-    node = np.concatenate((np.full(ENCLOSING, -1), node))
-    return _Cut(
-        node, table["vertices"].astype(np.int64), neighbours, (local[: len(lower)], local[len(lower) :])
-    )
+    order, crossing = cdt.VertexInsertionOrder.AUTO, cdt.IntersectingConstraintEdges.NOT_ALLOWED
+    places, constraints = points.astype(np.float64), edges.astype(np.uint32)
+    firsts = np.searchsorted(slab, np.arange(len(starts)))
+    tables = []
+    for (a, b), (c, d) in zip(pairwise(starts.tolist()), pairwise(firsts.tolist()), strict=True):
+        mesh = cdt.Triangulation(order, crossing, 0.0)
+        mesh.insert_vertices(places[a:b])
+        mesh.insert_edges(constraints[c:d])
+        table = mesh.triangles_array()
+        tables.append((table["vertices"], table["neighbors"]))
+    return tables
 
 
-def _raised(neighbours: Ints, first: int) -> Ints:
-    return np.where(neighbours < 0, -1, neighbours + first)
+def _joined(
+    tables: list[tuple[NDArray[np.uint32], NDArray[np.uint32]]], vertex_starts: Ints
+) -> tuple[Ints, Ints]:
+    """All slabs' triangles and their neighbours, -1 for none, numbered through."""
+    sizes = np.array([len(vertices) for vertices, _ in tables])
+    triangles = np.concatenate([vertices for vertices, _ in tables]).astype(np.int64)
+    triangles += np.repeat(vertex_starts[:-1], sizes)[:, None]
+    neighbours = np.concatenate([beside for _, beside in tables])
+    raised = neighbours + np.repeat(np.cumsum(sizes) - sizes, sizes)[:, None]
+    return triangles, np.where(neighbours == NONE, -1, raised)
 
 
-def _parity(neighbours: Ints, border: Bools, outside: Bools) -> Bools:
-    """Whether an odd number of borders lies between each triangle and the outside."""
-    part = grouped(neighbours, border)
-    count = int(part.max()) + 1
-    triangle, side = np.nonzero(border)
-    outer = np.unique(part[outside])
-    rows = np.concatenate((part[triangle], np.full(len(outer), count)))
-    columns = np.concatenate((part[neighbours[triangle, side]], outer))
-    links = coo_array((np.ones(len(rows)), (rows, columns)), (count + 1, count + 1)).tocsr()
-    steps = dijkstra(links, directed=False, indices=np.array([count]), unweighted=True)
-    odd: Bools = steps[0, part].astype(np.int64) % 2 == 0
-    return odd
+@njit(cache=True)
+def _labelled(
+    triangles: Ints, neighbours: Ints, node: Ints, edges: Ints, end: Ints
+) -> tuple[Bools, Bools, Ints]:
+    """What lies inside of which border, which edges are borders, and connected parts without them.
+
+    Every slab is flooded from outside; a border is crossed when a part is full.
+    """
+    border = _bordered(triangles, len(node), edges, end)
+    inside = np.zeros((len(triangles), 2), np.bool_)
+    part = np.full(len(triangles), -1)
+    same, beyond = np.empty(len(triangles), np.int64), np.empty(3 * len(triangles) + 1, np.int64)
+    count = 0
+    for seed in range(len(triangles)):
+        a, b, c = triangles[seed, 0], triangles[seed, 1], triangles[seed, 2]
+        outside = node[a] < 0 or node[b] < 0 or node[c] < 0
+        if part[seed] >= 0 or not outside:
+            continue
+        beyond[0], waiting = seed, 1
+        while waiting > 0:
+            waiting -= 1
+            if part[beyond[waiting]] >= 0:
+                continue
+            same[0], size = beyond[waiting], 1
+            part[same[0]] = count
+            while size > 0:
+                size -= 1
+                one = same[size]
+                for k in range(3):
+                    other = neighbours[one, k]
+                    if other < 0 or part[other] >= 0:
+                        continue
+                    inside[other, 0] = inside[one, 0] != border[one, k, 0]
+                    inside[other, 1] = inside[one, 1] != border[one, k, 1]
+                    if border[one, k, 0] or border[one, k, 1]:
+                        beyond[waiting] = other
+                        waiting += 1
+                    else:
+                        part[other] = count
+                        same[size] = other
+                        size += 1
+            count += 1
+    return inside, border, part
+
+
+@njit(cache=True)
+def _bordered(triangles: Ints, count: int, edges: Ints, end: Ints) -> Bools:
+    """Which edges of triangles are among those at which end; edges are listed by their lower vertex."""
+    first, following = np.full(count, -1), np.empty(len(edges), np.int64)
+    for e in range(len(edges)):
+        low = min(edges[e, 0], edges[e, 1])
+        first[low], following[e] = e, first[low]
+    border = np.zeros((len(triangles), 3, 2), np.bool_)
+    for t in range(len(triangles)):
+        for k in range(3):
+            a, b = triangles[t, k], triangles[t, (k + 1) % 3]
+            e = first[min(a, b)]
+            while e >= 0:
+                if max(edges[e, 0], edges[e, 1]) == max(a, b):
+                    border[t, k, end[e]] = True
+                e = following[e]
+    return border

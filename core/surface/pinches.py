@@ -36,9 +36,10 @@ def cut_apart(lines: Linework, attempt: int) -> tuple[Linework, Bools]:
     kind = 4 * lines.level + lines.gated @ np.array((2, 1))
     kept = np.ones(len(lines), np.bool_)
     cut = lines.taken(~kept)
+    order = np.argsort(kind, kind="stable")
     for one in np.unique(kind[np.isin(lines.level, level)]):
         # Contours that the similarity gate treats alike; the others of the level do not touch them.
-        mine = np.flatnonzero(kind == one)
+        mine = order[slice(*np.searchsorted(kind[order], (one, one + 1)))]
         around = point[level == one // 4]
         squares = shapely.union_all(shapely.box(*(around - reach).T, *(around + reach).T))
         area = area_of(lines, mine)
@@ -51,8 +52,9 @@ def cut_apart(lines: Linework, attempt: int) -> tuple[Linework, Bools]:
 
 
 def _touching(lines: Linework) -> tuple[Ints, Ints]:
-    """Levels and points (M, 2) where more than two edges of a level end."""
-    keys = np.column_stack((np.repeat(lines.level, 2), node_keys(lines.ends).ravel()))
-    _, first, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
-    many = first[count > 2]
-    return np.repeat(lines.level, 2)[many], lines.ends.reshape(-1, 2)[many]
+    """Levels and points (M, 2) where more than two edges of a level end, some more than once."""
+    level, node = np.repeat(lines.level, 2), node_keys(lines.ends).ravel()
+    order = np.lexsort((node, level))
+    first, third = order[:-2], order[2:]
+    many = third[(node[first] == node[third]) & (level[first] == level[third])]
+    return level[many], lines.ends.reshape(-1, 2)[many]

@@ -69,21 +69,23 @@ def triangulate(image: RangeImage) -> Mesh:
     >>> mesh.vertices.shape, mesh.faces.shape
     ((12, 3), (12, 3))
     """
-    grid = np.asarray(image.points, np.float64)
-    seen = np.isfinite(grid).all(axis=2, keepdims=True)
+    points = np.asarray(image.points, np.float64)
+    grid = np.ascontiguousarray(np.moveaxis(points, 2, 0))
+    seen = np.isfinite(grid).all(axis=0)
     largest = float(np.abs(grid).max(initial=0.0, where=seen))
     unit = inverse_power_of_two(largest)  # squares of what is left neither over- nor underflow
     faces = _faces(np.where(seen, grid * unit, np.nan))
-    used, compact = np.unique(faces, return_inverse=True)
-    vertices = grid.reshape(-1, 3)[used]
+    used = np.zeros(seen.size, np.bool_)
+    used[faces] = True
+    vertices = points.reshape(-1, 3)[used]
     if image.pose is not None:
         vertices = vertices @ image.pose.rotation.T + image.pose.translation
-    return Mesh(np.ascontiguousarray(vertices), compact.reshape(-1, 3).astype(np.int64))
+    return Mesh(np.ascontiguousarray(vertices), (np.cumsum(used) - 1)[faces])
 
 
 def _faces(grid: Floats) -> Ints:
-    """Return the triangles that are kept, as flat indices of pixels."""
-    rows, columns = grid.shape[:2]
+    """Return the triangles that are kept of a grid (3, I, J), as flat indices of pixels."""
+    rows, columns = grid.shape[1:]
     if rows < 2 or columns < 2:
         return np.zeros((0, 3), np.int64)
     sides = {pair: _distance(grid, *pair) for pair in _SIDES}
@@ -116,12 +118,20 @@ def _chosen(kept: list[Bools], one: Floats, other: Floats) -> list[Bools]:
 def _corner(grid: NDArray[_Number], name: str) -> NDArray[_Number]:
     """Return the given corner of every quad of a grid."""
     row, column = _CORNERS[name]
-    return grid[row : grid.shape[0] - 1 + row, column : grid.shape[1] - 1 + column]
+    rows, columns = grid.shape[-2:]
+    return grid[..., row : rows - 1 + row, column : columns - 1 + column]
 
 
 def _distance(grid: Floats, one: str, other: str) -> Floats:
     """Return the distance between two corners of every quad."""
-    return np.asarray(np.linalg.norm(_corner(grid, one) - _corner(grid, other), axis=2), np.float64)
+    return _length(_corner(grid, one) - _corner(grid, other))
+
+
+def _length(vectors: Floats | tuple[Floats, ...]) -> Floats:
+    """Return the lengths of vectors, given by their three components."""
+    x, y, z = vectors
+    length: Floats = np.sqrt(x * x + y * y + z * z)
+    return length
 
 
 def _kept(grid: Floats, whole: dict[Side, Bools], triangle: tuple[str, ...], area: Floats) -> Bools:
@@ -129,7 +139,8 @@ def _kept(grid: Floats, whole: dict[Side, Bools], triangle: tuple[str, ...], are
     a, b, c = triangle
     edges = [whole[min(p, q), max(p, q)] for p, q in ((a, b), (b, c), (c, a))]
     origin = _corner(grid, a)
-    double = np.linalg.norm(np.cross(_corner(grid, b) - origin, _corner(grid, c) - origin), axis=2)
+    (ux, uy, uz), (vx, vy, vz) = _corner(grid, b) - origin, _corner(grid, c) - origin
+    double = _length((uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx))
     small: Bools = (double > 0.0) & (double <= 2.0 * area / _STEEPEST)
     return edges[0] & edges[1] & edges[2] & small
 

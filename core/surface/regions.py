@@ -130,9 +130,11 @@ def _repeated(loops: list[Ints], owners: list[int]) -> list[Ints]:
     Else, along upright walls, the nodes of each level would pass on to all others.
     """
     out: list[Ints] = []
+    by_level: dict[int, list[Ints]] = {}
     for loop, owner in zip(loops, owners, strict=True):
-        earlier = [other for other, level in zip(out, owners, strict=False) if level == owner - 1]
-        out.append(next((other for other in earlier if _alike(loop, other)), loop))
+        same = next((other for other in by_level.get(owner - 1, ()) if _alike(loop, other)), loop)
+        by_level.setdefault(owner, []).append(same)
+        out.append(same)
     return out
 
 
@@ -141,7 +143,14 @@ def _alike(loop: Ints, other: Ints) -> bool:
     boxes = [np.concatenate((each.min(axis=0), each.max(axis=0))) for each in (loop, other)]
     if min(len(loop), len(other)) < LEAST_VERTICES or np.abs(boxes[0] - boxes[1]).max() > ALIKE:
         return False
-    return bool(shapely.hausdorff_distance(shapely.linearrings(loop), shapely.linearrings(other)) <= ALIKE)
+    return _is_along(loop, other) and _is_along(other, loop)
+
+
+def _is_along(loop: Ints, other: Ints) -> bool:
+    """Whether all vertices of a loop lie within a few units of another one."""
+    ring = shapely.linearrings(other)
+    shapely.prepare(ring)
+    return bool(shapely.dwithin(ring, shapely.points(loop), ALIKE).all())
 
 
 def _check_size(levels: Sequence[ContourLevel]) -> None:

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from core.surface.results import Mesh
 
 __all__ = ["distances_to", "rms_residual"]
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _SAMPLES = 20_000  # points that are measured: the standard error of their RMS is below 1 %
-_FIRST, _LAST = 8, 512  # triangles that are tried for each point, at first and at most
-_CHUNK = 1_000_000  # pairs of a point and a triangle at a time
 
 
 def rms_residual(points: Floats, mesh: Mesh) -> float | None:
@@ -34,9 +28,8 @@ def rms_residual(points: Floats, mesh: Mesh) -> float | None:
 def distances_to(points: Floats, mesh: Mesh) -> Floats:
     """Return the distances of (N, 3) points to the triangles of a mesh, shape (N,).
 
-    Triangles are tried by the distance of their centres, those of one size together, until no other one
-    can be nearer; or 512 of a size have been tried, where all of them are much the same: a point
-    that far off is too far by less than the size of a triangle.
+    Boxes around the triangles make a tree; branches that are farther than the nearest triangle so far are
+    left out.
 
     Examples
     --------
@@ -44,34 +37,13 @@ def distances_to(points: Floats, mesh: Mesh) -> Floats:
     >>> distances_to(np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]), corner).round(6).tolist()
     [0.57735, 1.0]
     """
-    corners = mesh.vertices[mesh.faces]
-    centres = corners.mean(axis=1)
-    radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
-    best = np.array(cKDTree(mesh.vertices[np.unique(mesh.faces)]).query(points)[0], np.float64)
-    for some in _sizes(radii):
-        _approach(points, corners[some], centres[some], float(radii[some].max()), best)
-    return best
+    from core.surface.boxes import order_of, tree_of  # noqa: PLC0415 # numba, which requests need not import
+    from core.surface.triangles import nearest  # noqa: PLC0415
 
-
-def _sizes(radii: Floats) -> Iterator[Ints]:
-    """Yield the triangles of each size, within a factor of two, the smallest first."""
-    octave = np.frexp(radii)[1]
-    for one in np.unique(octave):
-        yield np.flatnonzero(octave == one)
-
-
-def _approach(points: Floats, corners: Floats, centres: Floats, radius: float, best: Floats) -> None:
-    """Lower the distances ``best`` to those of triangles with circles of at most that radius."""
-    from core.surface.triangles import approach  # noqa: PLC0415 # numba, which requests need not import
-
-    tree = cKDTree(centres)
-    waiting, count = np.arange(len(points)), min(_FIRST, len(centres))
-    while len(waiting):
-        left = []
-        for some in np.array_split(waiting, -(-len(waiting) * count // _CHUNK)):
-            away, which = (np.reshape(one, (len(some), count)) for one in tree.query(points[some], count))
-            approach(points, some, corners, which, away, radius, best)
-            left.append(some[away[:, -1] - radius < best[some]])
-        if count in {len(centres), _LAST}:
-            return
-        waiting, count = np.concatenate(left), min(4 * count, _LAST, len(centres))
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    order = order_of((a + b + c) / 3.0)
+    corners = np.stack((a, b, c), axis=1)[order]
+    a, b, c = (corners[:, k] for k in range(3))
+    tree = tree_of(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c))
+    squares: Floats = nearest(np.ascontiguousarray(points, np.float64), corners, tree)
+    return np.sqrt(squares)

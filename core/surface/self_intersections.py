@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from core.surface.boxes import DEEP, order_of, tree_of
 from core.surface.results import Mesh
 
 __all__ = ["self_intersections"]
@@ -23,7 +24,6 @@ Ints = NDArray[np.int64]
 Point = tuple[Fraction, Fraction, Fraction]
 
 ERROR = 8e-16  # of the sum of absolute products: bounds the rounding of an orientation determinant
-MORTON_BITS = 10
 MOST_EXACT = 2000  # pairs decided in rational numbers, a millisecond each
 MOST_PAIRS = 10_000_000  # beyond, counting is stopped: the mesh is hopeless
 
@@ -35,91 +35,71 @@ def self_intersections(mesh: Mesh) -> int:
     """
     if len(mesh.faces) < 2:
         return 0
-    order = _morton_order(mesh)
-    corners = np.ascontiguousarray(mesh.vertices[mesh.faces[order]])
-    faces = np.ascontiguousarray(mesh.faces[order])
-    low, high = _tree(corners.min(axis=1)), -_tree(-corners.max(axis=1))
-    sure, doubtful = _count(corners, faces, low, high)
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    order = order_of((a + b + c) / 3.0)
+    corners, faces = np.stack((a, b, c), axis=1)[order], mesh.faces[order]
+    a, b, c = (corners[:, k] for k in range(3))
+    tree = tree_of(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c))
+    sure, doubtful = _count(corners, faces, tree)
     decided = sum(_meet_exactly(corners[i], corners[j]) for i, j in doubtful[:MOST_EXACT])
     return int(sure) + decided + max(0, len(doubtful) - MOST_EXACT)
 
 
-def _morton_order(mesh: Mesh) -> Ints:
-    """Faces so that neighbours in the order are mostly neighbours in space."""
-    middle = mesh.vertices[mesh.faces].mean(axis=1)
-    low, extent = middle.min(axis=0), max(float(np.ptp(middle, axis=0).max()), np.finfo(float).tiny)
-    cells = ((middle - low) / extent * (2**MORTON_BITS - 1)).astype(np.int64)
-    code = np.zeros(len(middle), np.int64)
-    for bit in range(MORTON_BITS):
-        for k in range(3):
-            code |= ((cells[:, k] >> bit) & 1) << (3 * bit + k)
-    return np.argsort(code, kind="stable")
-
-
-def _tree(low: Floats) -> Floats:
-    """Lower corners of the boxes of a complete binary tree: node n has the children 2 n and 2 n + 1.
-
-    Leaves come last, in the order given; those missing are empty.
-    """
-    leaves = 1 << int(np.ceil(np.log2(len(low))))
-    tree = np.full((2 * leaves, 3), np.inf)
-    tree[leaves : leaves + len(low)] = low
-    first = leaves
-    while first > 1:
-        pairs = tree[first : 2 * first].reshape(-1, 2, 3)
-        tree[first // 2 : first] = pairs.min(axis=1)
-        first //= 2
-    return tree
-
-
 @njit(cache=True)
-def _count(corners: Floats, faces: Ints, low: Floats, high: Floats) -> tuple[int, list[tuple[int, int]]]:
+def _count(corners: Floats, faces: Ints, tree: Floats) -> tuple[int, list[tuple[int, int]]]:
     """How many pairs meet for sure, and those that are too close to say."""
-    count, leaves = len(faces), len(low) // 2
+    leaves = len(tree) // 2
     sure, looked = 0, 0
     doubtful = [(0, 0)]
     doubtful.pop()
-    stack = np.empty(128, np.int64)
-    for i in range(count):
-        box_low, box_high = low[leaves + i], high[leaves + i]
-        stack[0], size = 1, 1
-        while size > 0:
-            size -= 1
-            node = stack[size]
-            if _apart(box_low, box_high, low[node], high[node]):
-                continue
-            if node < leaves:
-                # Only later leaves: each pair once.
-                stack[size], stack[size + 1] = 2 * node, 2 * node + 1
-                size += 2
-                continue
-            j = node - leaves
-            if j <= i or _share(faces[i], faces[j]):
-                continue
-            looked += 1
-            answer = _meet(corners[i], corners[j])
-            if answer > 0:
-                sure += 1
-            elif answer == 0 and not _parted_for_sure(corners[i], corners[j]):
-                doubtful.append((i, j))
+    stack = np.empty(DEEP, np.int64)
+    for i in range(len(faces)):
+        # Branches to the right of the way from the leaf to the root hold the later leaves: each pair once.
+        here = leaves + i
+        while here > 1:
+            stack[0], size = here + 1, 1 - here % 2
+            here //= 2
+            while size > 0:
+                size -= 1
+                node = stack[size]
+                if _apart(tree, leaves + i, node):
+                    continue
+                if node < leaves:
+                    stack[size], stack[size + 1] = 2 * node, 2 * node + 1
+                    size += 2
+                    continue
+                j = node - leaves
+                if _share(faces, i, j):
+                    continue
+                looked += 1
+                answer = _meet(corners[i], corners[j])
+                if answer > 0:
+                    sure += 1
+                elif answer == 0 and not _parted_for_sure(corners[i], corners[j]):
+                    doubtful.append((i, j))
         if looked > MOST_PAIRS:
             break
     return sure, doubtful
 
 
 @njit(cache=True)
-def _apart(a_low: Floats, a_high: Floats, b_low: Floats, b_high: Floats) -> bool:
-    apart = False
-    for k in range(3):
-        apart = apart or a_low[k] > b_high[k] or b_low[k] > a_high[k]
-    return apart
+def _apart(tree: Floats, a: int, b: int) -> bool:
+    """Whether the boxes of two nodes have no point in common."""
+    return bool(
+        tree[a, 0, 0] > tree[b, 1, 0]
+        or tree[b, 0, 0] > tree[a, 1, 0]
+        or tree[a, 0, 1] > tree[b, 1, 1]
+        or tree[b, 0, 1] > tree[a, 1, 1]
+        or tree[a, 0, 2] > tree[b, 1, 2]
+        or tree[b, 0, 2] > tree[a, 1, 2]
+    )
 
 
 @njit(cache=True)
-def _share(a: Ints, b: Ints) -> bool:
-    for i in range(3):
-        for j in range(3):
-            if a[i] == b[j]:
+def _share(faces: Ints, i: int, j: int) -> bool:
+    for k in range(3):
+        for n in range(3):
+            if faces[i, k] == faces[j, n]:
                 return True
     return False
 

@@ -44,7 +44,7 @@ def gated(lines: Linework, count: int, similarity: float) -> Linework:
         To be noded again, two levels far.
     """
     flags = lines.gated.copy()
-    parts = [_parts(lines, np.flatnonzero(lines.level == k)) for k in range(count)]
+    parts = [_parts(lines, mine) for mine in lines.by_level(count)]
     between = []
     for k in range(count - 1):
         (lower, edges_below), (upper, edges_above) = parts[k], parts[k + 1]

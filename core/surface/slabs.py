@@ -15,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from core.surface.borders import Borders
 from core.surface.heights import Places, heights_of
 from core.surface.inner_points import inner_points
 from core.surface.linework import Grid, Linework
-from core.surface.overlay import Overlay, SlabEnds, edges_of, grouped, overlay_of
+from core.surface.overlay import Overlay, SlabEnds, edges_of, overlay_of
 from core.surface.results import Mesh
 
 __all__ = ["mesh_of_slabs"]
@@ -46,11 +47,11 @@ def mesh_of_slabs(lines: Linework, slabs: Sequence[SlabEnds], grid: Grid) -> Mes
     Mesh
         In the frame of the levels: x, y, height.
     """
-    overlay = overlay_of(lines, slabs)
-    overlay = overlay_of(lines, slabs, inner_points(overlay, lines, slabs))
+    borders = Borders.of(lines)
+    overlay = overlay_of(lines, slabs, inner_points(lines, borders, slabs))
     sheet = _sheet(overlay)
     edges, places = _inner_vertices(overlay, sheet)
-    inner = _Inner(edges, places.xy, heights_of(places, lines, slabs, grid.pitch))
+    inner = _Inner(edges, places.xy, heights_of(places, borders, slabs, grid.pitch))
     corners = _Corners(overlay, slabs)
     pieces = _pieces(sheet, corners, inner, len(overlay.node))
     strips = _strips(sheet, corners, inner, len(overlay.node))
@@ -97,7 +98,7 @@ def _sheet(overlay: Overlay) -> _Sheet:
     up): the border over there can then be shared by no other face.
     """
     chosen = np.flatnonzero(overlay.inside[:, 0] != overlay.inside[:, 1])
-    part = grouped(overlay.neighbours, np.any(overlay.border, axis=2))[chosen]
+    part = overlay.part[chosen]
     triangles, down = overlay.triangles[chosen], overlay.inside[chosen, 1]
     border = overlay.border[chosen]
     own_end = down.astype(np.int64)[:, None]

@@ -153,14 +153,14 @@ def _cut(mesh: Mesh, heights: Floats, spans: _Spans, planes: Floats, frame: Axis
     a, b, c = (spans.rank[mesh.faces[triangle, k]] for k in range(3))
     pattern = (a > level) + 2 * (b > level) + 4 * (c > level)
     corners = np.stack((_DOWN[pattern], _UP[pattern]), axis=1)
-    ends = np.stack((corners, (corners + 1) % 3), axis=2)
-    edges = np.sort(mesh.faces[triangle[:, None, None], ends], axis=2).reshape(-1, 2)
-    keys = edges[:, 0] * len(mesh.vertices) + edges[:, 1]
-    names, edge = np.unique(keys, return_inverse=True)
-    _, first, node = np.unique(
-        edge + np.repeat(level, 2) * len(names), return_index=True, return_inverse=True
-    )
-    places = _places(mesh.vertices, heights, edges[first], planes[level[first // 2]], frame)
+    one, other = (mesh.faces[triangle[:, None], ends] for ends in (corners, (corners + 1) % 3))
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    edges = low * len(mesh.vertices) + high
+    if len(mesh.vertices) ** 2 * len(planes) > np.iinfo(np.int64).max:
+        edges = np.unique(edges, return_inverse=True)[1].reshape(-1, 2)
+    _, first, node = np.unique(edges * len(planes) + level[:, None], return_index=True, return_inverse=True)
+    ends = np.column_stack((low.ravel()[first], high.ravel()[first]))
+    places = _places(mesh.vertices, heights, ends, planes[level[first // 2]], frame)
     return _Segments(level, node.reshape(-1, 2), places)
 
 
@@ -244,7 +244,8 @@ def _sampled(lines: _Lines, longest: float) -> tuple[Floats, Ints]:
     after = np.arange(1, len(lines.points) + 1)
     after[lines.starts[1:] - 1] = np.where(lines.closed, lines.starts[:-1], lines.starts[1:] - 1)
     step = lines.points[after] - lines.points
-    number = np.maximum(np.ceil(np.linalg.norm(step, axis=1) / longest), 1.0).astype(np.int64)
+    length = np.sqrt(np.einsum("ij,ij->i", step, step))
+    number = np.maximum(np.ceil(length / longest), 1.0).astype(np.int64)
     segment = np.repeat(np.arange(len(number)), number)
     share = (np.arange(len(segment)) - np.repeat(np.cumsum(number) - number, number)) / number[segment]
     return lines.points[segment] + share[:, None] * step[segment], number

@@ -6,71 +6,108 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["approach"]
+from core.surface.boxes import DEEP
+
+__all__ = ["nearest"]
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @njit(cache=True)
-def approach(
-    points: Floats, some: Ints, corners: Floats, which: Ints, away: Floats, radius: float, best: Floats
-) -> None:
-    """Lower the distances ``best`` of points to those of some triangles.
+def nearest(points: Floats, corners: Floats, tree: Floats) -> Floats:
+    """Squares of the distances of points to the nearest of some triangles.
 
     Parameters
     ----------
     points : (N, 3) array
-    some : (S,) array of int
-        The points that are looked at.
+        Quickest where each lies near the one before.
     corners : (T, 3, 3) array
-    which : (S, K) array of int
-        Triangles to try for each of them.
-    away : (S, K) array
-        Distances to their centres, ascending.
-    radius : float
-        No triangle reaches further from its centre.
-    best : (N,) array
-        Lowered in place.
+        Of the triangles, in the order of the tree's leaves; at least one.
+    tree : (2 L, 2, 3) array
+        Boxes around them (`core.surface.boxes`).
     """
-    for row in range(len(some)):
-        k = some[row]
-        for column in range(which.shape[1]):
-            if away[row, column] - radius >= best[k]:
-                break
-            a, b, c = corners[which[row, column]]
-            best[k] = min(best[k], _distance(points[k], a, b, c))
+    out = np.empty(len(points))
+    leaves, last = len(tree) // 2, 0
+    nodes, far = np.empty(DEEP, np.int64), np.empty(DEEP)
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        best = _square(x, y, z, corners, last, np.inf)
+        nodes[0], far[0], size = 1, 0.0, 1
+        while size > 0:
+            size -= 1
+            if far[size] >= best:
+                continue
+            node = nodes[size]
+            if node >= leaves:
+                square = _square(x, y, z, corners, node - leaves, best)
+                if square < best:
+                    best, last = square, node - leaves
+                continue
+            one, other = _to_box(x, y, z, tree, 2 * node), _to_box(x, y, z, tree, 2 * node + 1)
+            # The nearer child is looked at first: it is the last one in.
+            first = 1 if one < other else 0
+            nodes[size], far[size] = 2 * node + first, max(one, other)
+            nodes[size + 1], far[size + 1] = 2 * node + 1 - first, min(one, other)
+            size += 2
+        out[i] = best
+    return out
 
 
 @njit(cache=True)
-def _distance(p: Floats, a: Floats, b: Floats, c: Floats) -> float:
-    """Distance of a point to a triangle: to its plane where the foot is inside, else to its edges."""
-    nx, ny, nz = _cross(b - a, c - a)
+def _to_box(x: float, y: float, z: float, tree: Floats, node: int) -> float:
+    """Square of the distance to a node's box; infinite for an empty one."""
+    dx = _beyond(x, tree[node, 0, 0], tree[node, 1, 0])
+    dy = _beyond(y, tree[node, 0, 1], tree[node, 1, 1])
+    dz = _beyond(z, tree[node, 0, 2], tree[node, 1, 2])
+    return dx * dx + dy * dy + dz * dz
+
+
+@njit(cache=True)
+def _beyond(x: float, low: float, high: float) -> float:
+    return low - x if x < low else x - high if x > high else 0.0
+
+
+@njit(cache=True)
+def _square(x: float, y: float, z: float, corners: Floats, k: int, enough: float) -> float:
+    """Square of the distance to a triangle, to its plane where the foot is inside, else to its edges.
+
+    Where the plane is no nearer than ``enough``, that of the plane will do.
+    """
+    ax, ay, az = corners[k, 0, 0] - x, corners[k, 0, 1] - y, corners[k, 0, 2] - z
+    bx, by, bz = corners[k, 1, 0] - x, corners[k, 1, 1] - y, corners[k, 1, 2] - z
+    cx, cy, cz = corners[k, 2, 0] - x, corners[k, 2, 1] - y, corners[k, 2, 2] - z
+    nx, ny, nz = _cross(bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az)
     size = nx * nx + ny * ny + nz * nz
-    inside = size > 0.0
-    for start, end in ((a, b), (b, c), (c, a)):
-        x, y, z = _cross(end - start, p - start)
-        inside = inside and x * nx + y * ny + z * nz >= 0.0
-    if inside:
-        away = abs((p[0] - a[0]) * nx + (p[1] - a[1]) * ny + (p[2] - a[2]) * nz)
-        return float(away / np.sqrt(size))
-    return float(np.sqrt(min(_to_segment(p, a, b), _to_segment(p, b, c), _to_segment(p, c, a))))
+    if size > 0.0:
+        away = (ax * nx + ay * ny + az * nz) / np.sqrt(size)
+        if away * away >= enough or (
+            _beside(ax, ay, az, bx, by, bz, nx, ny, nz)
+            and _beside(bx, by, bz, cx, cy, cz, nx, ny, nz)
+            and _beside(cx, cy, cz, ax, ay, az, nx, ny, nz)
+        ):
+            return float(away * away)
+    edges = _to_segment(ax, ay, az, bx, by, bz), _to_segment(bx, by, bz, cx, cy, cz)
+    return float(min(edges[0], edges[1], _to_segment(cx, cy, cz, ax, ay, az)))
 
 
 @njit(cache=True)
-def _cross(u: Floats, v: Floats) -> tuple[float, float, float]:
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+def _cross(ux, uy, uz, vx, vy, vz):  # type: ignore[no-untyped-def]
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
 @njit(cache=True)
-def _to_segment(p: Floats, a: Floats, b: Floats) -> float:
-    """Square of the distance of a point to a segment."""
-    length, along = 0.0, 0.0
-    for k in range(3):
-        length += (b[k] - a[k]) ** 2
-        along += (p[k] - a[k]) * (b[k] - a[k])
-    share = min(max(along / length, 0.0), 1.0) if length > 0.0 else 0.0
-    square = 0.0
-    for k in range(3):
-        square += (p[k] - a[k] - share * (b[k] - a[k])) ** 2
-    return square
+def _beside(ax, ay, az, bx, by, bz, nx, ny, nz):  # type: ignore[no-untyped-def]
+    """Whether the origin is on the inner side of the edge a b of a triangle with the normal n."""
+    x, y, z = _cross(bx - ax, by - ay, bz - az, -ax, -ay, -az)
+    return x * nx + y * ny + z * nz >= 0.0
+
+
+@njit(cache=True)
+def _to_segment(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
+    """Square of the origin's distance to a segment."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    length = ux * ux + uy * uy + uz * uz
+    share = -(ax * ux + ay * uy + az * uz) / length if length > 0.0 else 0.0
+    share = min(max(share, 0.0), 1.0)
+    dx, dy, dz = ax + share * ux, ay + share * uy, az + share * uz
+    return dx * dx + dy * dy + dz * dz

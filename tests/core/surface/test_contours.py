@@ -173,3 +173,56 @@ def test_progress_ascends_to_its_end():
 
 def test_no_slices_have_no_contours():
     assert contours_of([]) == ()
+
+
+def shown_of(stack, factor=1.01):
+    """Ellipses beside the true ones."""
+    return [[factor * ellipse(one.height)] for one in stack[0]]
+
+
+def with_shown(stack, changed, shown):
+    slices, drafts = (list(one) for one in stack)
+    for k, one in changed.items():
+        slices[k], drafts[k] = one, draft_of(one, FRAME)
+    return consistent(slices, drafts, shown=shown)
+
+
+def test_many_incomplete_levels_in_a_row_are_completed_by_what_is_shown(stack):
+    changed = {k: without_sector(stack[0][k], 1.0, 0.4) for k in range(2, 11)}
+    levels = with_shown(stack, changed, shown_of(stack))
+    assert [k for k, one in enumerate(levels) if one.completed] == list(range(2, 11))
+    assert all("all slices" in one.warnings[0].message for one in levels[2:11])
+    assert all(rms(levels[k]) < 0.2 for k in range(2, 11))
+
+
+def test_near_neighbours_complete_better_than_what_is_shown(stack):
+    changed = {6: without_sector(stack[0][6], 1.0, 0.4)}
+    one, other = with_shown(stack, changed, shown_of(stack, 1.03))[6], levels_of(stack, changed)[6]
+    np.testing.assert_array_equal(one.curves[0].vertices, other.curves[0].vertices)
+
+
+def test_ends_of_the_stack_are_completed_by_what_is_shown(stack):
+    changed = {0: without_sector(stack[0][0], 1.0, 0.8)}
+    assert not levels_of(stack, changed)[0].completed
+    level = with_shown(stack, changed, shown_of(stack))[0]
+    assert level.completed
+    assert rms(level) < 0.3
+
+
+def test_what_is_shown_fills_levels_without_samples_between_others_and_none_beyond(stack):
+    empty = {k: Slice(float(HEIGHTS[k]), np.zeros((0, 3))) for k in (0, 4, 5, 6, 7)}
+    levels = with_shown(stack, empty, shown_of(stack))
+    assert [k for k, one in enumerate(levels) if not one.curves] == [0]
+    assert [k for k, one in enumerate(levels) if one.completed] == [4, 5, 6, 7]
+
+
+def test_what_is_shown_elsewhere_is_passed_over(stack):
+    changed = {6: without_sector(stack[0][6], 1.0, 0.4)}
+    astray = [[ellipse(0.0) * 0.1 + 200.0]] * len(HEIGHTS)
+    levels = with_shown(stack, changed, astray)
+    assert rms(levels[6]) < 0.1
+
+
+def test_complete_levels_take_no_notice_of_what_is_shown(stack):
+    for one, other in zip(with_shown(stack, {}, shown_of(stack)), levels_of(stack, {}), strict=True):
+        np.testing.assert_array_equal(one.curves[0].vertices, other.curves[0].vertices)

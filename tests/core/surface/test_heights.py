@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.surface.heights import Places, heights_of, signed_distances
+from core.surface.borders import Borders
+from core.surface.heights import Places, heights_of
 from core.surface.linework import linework_of
 from core.surface.overlay import slab_ends
 
@@ -30,7 +31,7 @@ def height_at(radius, radii, slab, reached):
         np.zeros(count, np.int64),
         np.repeat(np.array(reached)[:, None], count, axis=1),
     )
-    return heights_of(places, lines, slabs, 1.0 / UNIT)
+    return heights_of(places, Borders.of(lines), slabs, 1.0 / UNIT)
 
 
 def test_a_cone_stays_straight():
@@ -87,12 +88,3 @@ def test_heights_stay_inside_the_slab_and_rise_with_the_distance(radii, share):
     first, second = height_at(radius, (*radii, None), 1, (True, True))
     assert 1.0 < first < 2.0
     assert first <= second + 1e-6
-
-
-def test_signed_distances_of_a_square():
-    lines = linework_of([np.array([(0, 0), (10, 0), (10, 10), (0, 10)])], [1])
-    xy = np.array([(5.0, 5.0), (1.0, 5.0), (-3.0, 5.0), (13.0, 14.0), (5.0, 5.0), (5.0, 5.0)])
-    level = np.array([1, 1, 1, 1, 0, -1])
-    starts = np.array([0, 0, 4])
-    found = signed_distances(xy, level, lines.ends.astype(float), starts)
-    assert found.tolist() == [5.0, 1.0, -3.0, -5.0, -np.inf, -np.inf]

@@ -2,9 +2,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from core.surface.borders import Borders
 from core.surface.inner_points import inner_points
 from core.surface.noding import noded
-from core.surface.overlay import overlay_of, slab_ends
+from core.surface.overlay import slab_ends
 from core.surface.regions import regions_of
 from core.truth.stacks import random_stack
 from tests.core.surface.contours import inside, ring, stack
@@ -14,7 +15,7 @@ def found(levels):
     regions = regions_of(levels, np.eye(3))
     lines = noded(regions.lines)
     slabs = slab_ends(lines, regions.heights)
-    return lines, slabs, inner_points(overlay_of(lines, slabs), lines, slabs)
+    return lines, slabs, inner_points(lines, Borders.of(lines), slabs)
 
 
 @settings(max_examples=15, deadline=None)

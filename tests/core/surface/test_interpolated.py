@@ -80,3 +80,13 @@ def test_resampled_vertices_lie_on_the_line_and_equally_far_apart(spacing, close
     arc = np.sort(shapely.line_locate_point(shape, shapely.points(result)))[: -1 if closed else None]
     assert np.diff(arc) == pytest.approx(np.full(len(arc) - 1, np.diff(arc)[0]), rel=1e-6)
     assert np.diff(arc)[0] <= spacing * (1 + 1e-9)
+
+
+def test_a_parabola_through_three_levels_follows_a_ball_on_either_side():
+    heights = [-0.75, -0.25, 0.25, 0.75]
+    strata = [Stratum(z, [circle(np.sqrt(4.0 - z * z))]) for z in heights]
+    straight = between(strata[1:3], 0.0, 0.03)[0]
+    for some in (strata[:3], strata[1:]):
+        (loop,) = between(some, 0.0, 0.03)
+        assert np.abs(np.linalg.norm(loop, axis=1) - 2.0).max() < 2e-3
+    assert np.abs(np.linalg.norm(straight, axis=1) - 2.0).max() > 0.01

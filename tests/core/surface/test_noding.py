@@ -45,6 +45,17 @@ def test_edges_meet_at_ends_only_and_borders_pass_once_through_each_node(first, 
         assert np.all(degrees(lines, level) == 2)
 
 
+def test_contours_that_nearly_coincide_are_noded():
+    turn = 2.0 * np.pi * np.arange(100) / 100
+    rng = np.random.default_rng(0)
+    radius = 100_000.0 + rng.normal(0.0, 30.0, (5, 100))
+    loops = np.rint(radius[:, :, None] * np.column_stack((np.cos(turn), np.sin(turn)))).astype(np.int64)
+    lines = noded(lines_of(*loops, levels=list(range(5))))
+    for level in range(4):
+        assert not cross_or_touch(lines.taken((lines.level == level) | (lines.level == level + 1)))
+        assert np.all(degrees(lines, level) == 2)
+
+
 @settings(max_examples=30, deadline=None)
 @given(LOOPS, st.integers(0, 2**32 - 1))
 def test_the_region_stays_the_same_but_for_the_grid(loops, seed):

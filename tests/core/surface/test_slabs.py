@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from core.surface.mesh_report import is_sound, report_of
 from core.surface.noding import noded
@@ -106,6 +108,22 @@ def test_triangles_are_labelled_by_the_even_odd_rule(seed):
         for end in range(2):
             expected = inside(lines, places[mine], each.levels[end])
             assert np.array_equal(overlay.inside[mine, end], expected)
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_parts_end_at_borders_and_nowhere_else(seed):
+    _, lines, ends = slabs(random_stack(seed))
+    overlay = overlay_of(lines, ends)
+    triangle, side = np.nonzero(overlay.neighbours >= 0)
+    other = overlay.neighbours[triangle, side]
+    parted = overlay.border[triangle, side].any(axis=1)
+    assert np.array_equal(overlay.part[triangle[~parted]], overlay.part[other[~parted]])
+    crossed = overlay.inside[triangle] != overlay.inside[other]
+    assert np.array_equal(crossed, overlay.border[triangle, side])
+    links = coo_array((np.ones(np.count_nonzero(~parted)), (triangle[~parted], other[~parted])))
+    links.resize((len(overlay.part),) * 2)
+    assert connected_components(links, directed=False)[0] == overlay.part.max() + 1
 
 
 @settings(max_examples=12, deadline=None)
