@@ -3,8 +3,11 @@
 Like :mod:`core.refine` each curve becomes the local regression of its samples on the arc length of their
 feet (Hastie & Stuetzle 1989), of order four, free of the bias that curvature gives. Contours are closed
 and keep apart, and there are hundreds of them: what open ends, crossings and varying noise need is
-left out, and one kernel does all passes. The half-width of the windows varies along the contour:
-at each place it is the one of least C_p (Mallows 1973) around there.
+left out. The half-width of the windows varies along the contour: at each place it is the one of least
+C_p (Mallows 1973) around there. Samples count by bins, whose own curvature is allowed for.
+
+The order of samples tells which are neighbours on a polyline, whose noise is alike; apart from that, and
+from rounding, it does not matter.
 """
 
 from __future__ import annotations
@@ -33,14 +36,15 @@ LEAST_SAMPLES = 12
 PASSES = 3
 NARROWEST = 5.0  # in sigma: below, wiggles reinforce themselves from pass to pass
 FEWEST = 8.0  # samples in half a window
+RUNAWAY = 1.5  # times as far from the guess's first vertex as its own extent, or as any sample
+UNSURE = 2.0  # leverage: beyond, the samples are to one side, and lower orders are nearer to them
 RATIO = 1.4  # of neighbouring half-widths
 LAGS, BEYOND = 3, 9  # places in a row up to which noise is alike; up to which only bias is
 MOST_ALIKE = 3.0  # samples in a row that count as one: slices of meshes share vertices of triangles
-CHANGE = 3.0  # times the half-widths of the first pass, those of the next
-FIRST_JUDGED = 48
-JUDGED = 96  # places, of which C_p is known for every half-width
+CHANGE = 3.0  # times as narrow or wide as in the first pass half-widths may be in the next
+FIRST_JUDGED, JUDGED = 48, 96  # places, of which C_p is known for every half-width
 AROUND = 1.0 / 8.0  # of a contour, to both sides: places that choose a half-width together
-PASSING = (96, 192)  # vertices of the contours of passes but the last
+PASSING = 192  # vertices of the contours of passes but the last
 DETAIL = 8.0  # bins in half a window, at least
 LEVELS = 7  # of bins, each twice as wide as those before
 MOST_BINS = 2048
@@ -80,12 +84,12 @@ def fit_contour(points: Floats, guess: Floats, segments: Ints) -> Fitted | None:
     guess : (M, 2) array
         A first guess of the contour, the first vertex not repeated.
     segments : (N,) array of int
-        Segment of the guess near which each sample lies.
+        Segment of the guess near which each sample lies; from there its foot is looked for downhill.
 
     Returns
     -------
     Fitted or None
-        None where there are too few samples.
+        None where there are too few samples, or where they lead nowhere.
     """
     origin, scale = guess[:1], float(np.ptp(guess, axis=0).max())
     if len(points) < LEAST_SAMPLES or not 0.0 < scale < np.inf:
@@ -126,11 +130,14 @@ def _fitted(points: Floats, ring: Floats, segments: Ints) -> Fitted | None:
             price = PENALTY * alike * sigma**2
             places, ratio = (JUDGED, RATIO) if turn else (FIRST_JUDGED, RATIO**2)
             widths = _widths(bins, least, most, length, price, ratio, places)
-        ring, chords = _vertices(bins, widths, length, sigma, PASSING[min(turn, 1)])
+        count = PASSING
         if turn == PASSES - 1:
-            ring, _ = _vertices(bins, widths, length, sigma, _vertex_count(chords, length))
+            count = _vertex_count(_vertices(bins, widths, length, sigma, JUDGED)[1], length)
+        ring, _ = _vertices(bins, widths, length, sigma, count)
         stations = _stations(ring)
         station *= stations[-1] / length
+    if not np.abs(ring).max() <= RUNAWAY * max(float(np.abs(points).max()), 1.0):
+        return None
     station, distance = _feet(points, ring, stations, station[:size])
     return Fitted(
         ring, station, np.abs(distance), float(stations[-1]), _noise(distance, float(stations[-1]))[0]
@@ -202,7 +209,7 @@ def _alike(distance: Floats, limit: float) -> float:
 
 def _vertex_count(chords: Floats, length: float) -> int:
     """As many vertices as curvature needs, but for a few chords."""
-    chord = max(float(np.partition(chords, int(BENT * len(chords)))[int(BENT * len(chords))]), 1e-9 * length)
+    chord = max(float(np.quantile(chords, BENT)), 1e-9 * length)
     return int(min(max(length / chord, FEWEST_VERTICES), MOST_VERTICES))
 
 
@@ -364,7 +371,7 @@ def _fit(table, begin, count, length, s, h, shift, room, weights):  # type: igno
         weights[0, 0] = 1.0
         if order >= 2:
             weights[2, 0], weights[2, 1] = 2.0 * shift / (h * h), 2.0 / (h * h)
-        if _solve(m, weights, order + 1):
+        if _solve(m, weights, order + 1) and (order == 0 or abs(weights[0, 0]) <= UNSURE):
             return order
     return -1
 
@@ -389,10 +396,8 @@ def _widths(bins, least, most, length, price, ratio, places):  # type: ignore[no
             if table[1, b] <= 0.0:
                 continue
             if _fit(table, 6 * (size[0] - n), n, length, table[0, b], h, shift, room, weights) >= 0:
-                dx, dy = (
-                    table[2, b] - _sum(weights, 0, room[1], 0),
-                    table[3, b] - _sum(weights, 0, room[1], 1),
-                )
+                dx = table[2, b] - _sum(weights, 0, room[1], 0)
+                dy = table[3, b] - _sum(weights, 0, room[1], 1)
                 scores[c, j] = table[1, b] * (dx * dx + dy * dy + price * weights[0, 0])
     return _smooth(_least(_around(scores), np.log(low), np.log(ratio)))
 
@@ -405,6 +410,7 @@ def _shift(length, count):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _sum(weights, column, target, row):  # type: ignore[no-untyped-def]
+    """Apply weights to the sums of a window."""
     total = 0.0
     for a in range(5):
         total += weights[a, column] * target[row, a]
@@ -473,7 +479,7 @@ def _vertices(bins, widths, length, sigma, count):  # type: ignore[no-untyped-de
         k = int(u)
         h = min((1.0 - (u - k)) * widths[k % places] + (u - k) * widths[(k + 1) % places], 0.5 * length)
         n = size[_level(size, h, length, DETAIL)]
-        shift = 0.5 * sigma * sigma + _shift(length, n) + _shift(length, size[0])
+        shift = 0.5 * min(sigma, h / NARROWEST) ** 2 + _shift(length, n) + _shift(length, size[0])
         _fit(table, 6 * (size[0] - n), n, length, j * length / count, h, shift, room, weights)
         bend = 0.0
         for d in range(2):

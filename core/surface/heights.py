@@ -3,27 +3,33 @@
 Between two contours, the height is a monotone cubic function of the signed distance (Fritsch and
 Butland 1984), which knows of the slopes from the next contours below and above. A cap is a paraboloid
 whose slope at its border is that of the slab before; where that says that it would reach the next
-plane, the top is flat for all that is known: it rises at 45 degrees, half the way at most.
+plane, the top is flat for all that is known: it rises at 45 degrees, half the way at most. Where it is
+known from elsewhere how high the surface is, that counts, the more the farther away the contours are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from core.surface.borders import Borders, signed_distances
+from core.surface.linework import Grid
 from core.surface.overlay import SlabEnds
 
-__all__ = ["Places", "heights_of"]
+__all__ = ["Passes", "Places", "heights_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+Passes = Callable[[Floats, Floats, Floats], Floats]
+"""Heights at which the surface is left over places (M, 2) from heights (M,) to others; NaN: not known."""
+
 CLEAR = 0.02  # of a slab's height: places keep off the planes
+NEAR = 0.25  # of a slab's height: that near to contours these know best
 FLAT = 2.0  # slabs: a cap that would be higher is a flat top
 
 
@@ -48,11 +54,18 @@ class Places:
     reached: Bools
 
 
-def heights_of(places: Places, borders: Borders, slabs: Sequence[SlabEnds], pitch: float) -> Floats:
-    """Heights (M,) of places, strictly between the planes of their slabs."""
+def heights_of(
+    places: Places, borders: Borders, slabs: Sequence[SlabEnds], grid: Grid, passes: Passes | None = None
+) -> Floats:
+    """Heights (M,) of places, strictly between the planes of their slabs.
+
+    ``passes`` takes places in the frame of the levels.
+    """
     levels, z = _around(slabs)
     levels, z = levels[places.slab], z[places.slab]
-    distance = pitch * np.column_stack([signed_distances(places.xy, levels[:, k], borders) for k in range(4)])
+    distance = grid.pitch * np.column_stack(
+        [signed_distances(places.xy, levels[:, k], borders) for k in range(4)]
+    )
     share = np.empty(len(places.xy))
     both = places.reached.all(axis=0)
     share[both] = _between(distance[both], z[both])
@@ -62,7 +75,25 @@ def heights_of(places: Places, borders: Borders, slabs: Sequence[SlabEnds], pitc
         near, before = 1 + end, 3 * end
         rise = _cap(distance[only][:, [before, near]], z[only][:, [before, near, 2 - end]], places.part[only])
         share[only] = rise if end == 0 else 1.0 - rise
+    if passes is not None:
+        share = _shown(share, grid.placed(places.xy), distance[:, 1:3], z[:, 1:3], passes)
     return z[:, 1] + (z[:, 2] - z[:, 1]) * np.clip(share, CLEAR, 1.0 - CLEAR)
+
+
+def _shown(share: Floats, xy: Floats, distance: Floats, z: Floats, passes: Passes) -> Floats:
+    """How far up the slab the surface is where that is shown, the less the nearer contours are."""
+    rise = z[:, 1] - z[:, 0]
+    away = np.clip(np.abs(distance).min(axis=1) / rise - NEAR, 0.0, 1.0)
+    hanging = distance[:, 1] > 0.0  # over the upper level's region, which the surface is below
+    some = np.flatnonzero(away > 0.0)
+    start = np.where(hanging, z[:, 1], z[:, 0])[some]
+    end = np.where(hanging, z[:, 0], z[:, 1])[some]
+    found = (passes(xy[some], start, end) - z[some, 0]) / rise[some]
+    known = np.isfinite(found)
+    some, weight = some[known], away[some[known]]
+    result = share.copy()
+    result[some] += weight * (found[known] - share[some])
+    return result
 
 
 def _around(slabs: Sequence[SlabEnds]) -> tuple[Ints, Floats]:

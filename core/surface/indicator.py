@@ -88,36 +88,35 @@ class Indicator:
             if len(line) > _LEAST_VERTICES
         ]
 
-
-    def crossings(self, places: Floats, low: Floats, high: Floats) -> Floats:
+    def crossings(self, places: Floats, start: Floats, end: Floats) -> Floats:
         """Return the heights at which the surface passes over places.
 
         Parameters
         ----------
         places : (N, 2) array
             In the plane.
-        low, high : (N,) arrays
-            Between which heights.
+        start, end : (N,) arrays
+            Heights between which it is sought: upward, or downward.
 
         Returns
         -------
         (N,) array
-            NaN where the surface does not pass there, or more than once.
+            NaN where the start is not inside and the end outside, or the surface passes more than once.
         """
-        gap = float((high - low).max(initial=0.0)) / self.pitch
+        gap = float(np.abs(end - start).max(initial=0.0)) / self.pitch
         share = np.linspace(0.0, 1.0, int(np.clip(_STEPS * gap, _STEPS, _MOST_STEPS)) + 1)
-        heights = low[:, None] + share * (high - low)[:, None]
+        heights = start[:, None] + share * (end - start)[:, None]
         flat = np.broadcast_to(places[:, None, :], (*heights.shape, 2))
         nodes = (np.concatenate((flat, heights[..., None]), axis=2) - self.origin) / self.pitch
-        inside = map_coordinates(self.values, nodes[..., ::-1].reshape(-1, 3).T, order=1, mode="nearest")
-        values = inside.reshape(heights.shape).astype(np.float64) - self.level
-        changes = (values[:, 1:] > 0.0) != (values[:, :-1] > 0.0)
-        first = np.argmax(changes, axis=1)
-        row = np.arange(len(places))
+        found = map_coordinates(self.values, nodes[..., ::-1].reshape(-1, 3).T, order=1, mode="nearest")
+        values = found.reshape(heights.shape).astype(np.float64) - self.level
+        inside = values > 0.0
+        changes = inside[:, 1:] != inside[:, :-1]
+        leaves = inside[:, 0] & (np.count_nonzero(changes, axis=1) == 1)
+        row, first = np.arange(len(places)), np.argmax(changes, axis=1)
         before, after = values[row, first], values[row, first + 1]
-        once = np.count_nonzero(changes, axis=1) == 1
-        part = (first + before / np.where(once, before - after, 1.0)) / (len(share) - 1)
-        return np.where(once, low + part * (high - low), np.nan)
+        part = (first + before / np.where(leaves, before - after, 1.0)) / (len(share) - 1)
+        return np.where(leaves, start + part * (end - start), np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

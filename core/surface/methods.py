@@ -19,7 +19,9 @@ from core.progress import Progress, tell, within
 from core.results import Warn
 from core.surface import levelwise, stack
 from core.surface.axis import axis_frame
-from core.surface.levelwise import Drafts, Levels
+from core.surface.draft import is_clean
+from core.surface.indicator import Indicator, indicator_of
+from core.surface.levelwise import Drafts, Levels, Shown
 from core.surface.parameters import ContourParameters, SliceParameters, SurfaceParameters
 from core.surface.residual import rms_residual
 from core.surface.results import ContourLevel, Contours, Mesh, Scans, Slice, Slices, Surface
@@ -141,7 +143,7 @@ def _contours(
     """Contours, with what has been found of each level elsewhere."""
     _refuse_contours(scans)
     found = _sliced(scans, parameters, within(progress, 0.0, CUT))
-    shown = stack.shown_by(found.meshes, found.slices, parameters)
+    shown = found.shown(found.indicator(parameters))
     told = within(progress, CUT, 1.0)
     levels = levelwise.contour_levels(found.slices, parameters, shown, told, drafts)
     return Contours(_axis(parameters), levels, _warnings(levels))
@@ -157,15 +159,15 @@ def _surface(
     """One surface, with what has been found of each level elsewhere."""
     kind = stack.given(scans)
     if kind == "contours":
-        points, levels = np.zeros((0, 3)), stack.given_contours(scans, parameters)
+        points, levels, indicator = np.zeros((0, 3)), stack.given_contours(scans, parameters), None
     else:
         found = _sliced(scans, parameters, within(progress, 0.0, CUT))
         _require_two(found.slices, parameters, kind)
-        shown = stack.shown_by(found.meshes, found.slices, parameters)
-        told = within(progress, CUT, CONTOURED)
-        points, levels = found.points, levelwise.contour_levels(found.slices, parameters, shown, told, drafts)
+        points, indicator = found.points, found.indicator(parameters)
+        shown, told = found.shown(indicator), within(progress, CUT, CONTOURED)
+        levels = levelwise.contour_levels(found.slices, parameters, shown, told, drafts)
     tell(progress, CONTOURED, "spanning the surface")
-    made = _spanned(levels, parameters, kind)
+    made = _spanned(levels, parameters, kind, indicator)
     tell(progress, SKINNED, "measuring the surface")
     report = replace(made.report, rms_residual=rms_residual(points, made.mesh))
     warnings = (*_warnings(levels), *made.warnings)
@@ -173,10 +175,12 @@ def _surface(
     return Surface(made.mesh, report, made.slices if slices else (), warnings, _axis(parameters))
 
 
-def _spanned(levels: Sequence[ContourLevel], parameters: SurfaceParameters, kind: str) -> Surface:
+def _spanned(
+    levels: Sequence[ContourLevel], parameters: SurfaceParameters, kind: str, indicator: Indicator | None
+) -> Surface:
     """Span contours; errors name what was given."""
     try:
-        return surface_of(levels, parameters)
+        return surface_of(levels, parameters, None if indicator is None else indicator.crossings)
     except InvalidParameter:
         raise
     except InvalidInput as error:
@@ -195,6 +199,16 @@ class _Cut:
         """The scan points, (N, 3)."""
         of = [one.vertices for one in self.meshes] or [one.points for one in self.slices]
         return np.concatenate(of)
+
+    def indicator(self, parameters: SliceParameters) -> Indicator | None:
+        """What all meshes show together, if anything."""
+        return indicator_of(self.meshes, axis_frame(parameters.axis))
+
+    def shown(self, indicator: Indicator | None) -> Shown | None:
+        """About where the contours run; None where the slices are contours already."""
+        if indicator is None or all(is_clean(one) for one in self.slices):
+            return None
+        return tuple(tuple(indicator.loops(one.height)) for one in self.slices)
 
 
 def _sliced(scans: Scans, parameters: SliceParameters, progress: Progress | None) -> _Cut:
@@ -236,8 +250,7 @@ def _split(scans: Scans, parameters: ContourParameters) -> tuple[Levels, ...]:
     if stack.given(scans) == "contours":
         return ()
     found = _sliced(scans, parameters, None)
-    shown = stack.shown_by(found.meshes, found.slices, parameters)
-    return levelwise.parts_of(found.slices, parameters, shown)
+    return levelwise.parts_of(found.slices, parameters, found.shown(found.indicator(parameters)))
 
 
 def _joined_contours(

@@ -12,6 +12,7 @@ from core.errors import DegenerateInput
 from core.results import Warn
 from core.surface.axis import axis_frame
 from core.surface.distance_field import mesh_of_distances
+from core.surface.heights import Passes
 from core.surface.mesh_report import is_sound, report_of
 from core.surface.noding import Unsettled, noded
 from core.surface.overlay import slab_ends
@@ -28,7 +29,11 @@ Floats = NDArray[np.float64]
 ATTEMPTS = 4  # at signed distances: each fails about once in sixty on the hardest stacks
 
 
-def surface_of(levels: Sequence[ContourLevel], parameters: SurfaceParameters | None = None) -> Surface:
+def surface_of(
+    levels: Sequence[ContourLevel],
+    parameters: SurfaceParameters | None = None,
+    passes: Passes | None = None,
+) -> Surface:
     """One closed, oriented 2-manifold through the contours of parallel planes (§5.1.1).
 
     Parameters
@@ -38,6 +43,8 @@ def surface_of(levels: Sequence[ContourLevel], parameters: SurfaceParameters | N
         (M, 2) vertices in the planes' axes, or (M, 3) in place.
     parameters : SurfaceParameters
         Its axis is that along which heights are measured.
+    passes : Passes, optional
+        How high the surface is between levels, where that is known; in the frame of the axis.
 
     Returns
     -------
@@ -54,14 +61,14 @@ def surface_of(levels: Sequence[ContourLevel], parameters: SurfaceParameters | N
     parameters = parameters or SurfaceParameters()
     axes = axis_frame(parameters.axis).axes
     regions = regions_of(levels, axes)
-    mesh, report, warnings = _skin(regions, parameters, axes)
+    mesh, report, warnings = _skin(regions, parameters, axes, passes)
     completed = tuple(sorted(level.height for level in levels if level.completed))
     report = replace(report, completed_levels=completed)
     return Surface(mesh, report, tuple(levels), (*regions.warnings, *warnings))
 
 
 def _skin(
-    regions: Regions, parameters: SurfaceParameters, axes: Floats
+    regions: Regions, parameters: SurfaceParameters, axes: Floats, passes: Passes | None
 ) -> tuple[Mesh, SurfaceReport, tuple[Warn, ...]]:
     """The first sound mesh, else the last one with what is wrong with it.
 
@@ -71,7 +78,7 @@ def _skin(
         [] if parameters.method == "distance" else [regions, regions.coarser(), regions.coarser().coarser()]
     )
     for each in grids:
-        made = _by_slabs(each, parameters.similarity)
+        made = _by_slabs(each, parameters.similarity, passes)
         if made is not None:
             mesh = _placed(made, axes)
             report = report_of(mesh, "slabs")
@@ -89,7 +96,7 @@ def _skin(
     return mesh, report, warnings
 
 
-def _by_slabs(regions: Regions, similarity: float) -> Mesh | None:
+def _by_slabs(regions: Regions, similarity: float, passes: Passes | None) -> Mesh | None:
     """The mesh of slabs; None when rounding to the grid does not settle."""
     heights = regions.heights
     try:
@@ -101,7 +108,8 @@ def _by_slabs(regions: Regions, similarity: float) -> Mesh | None:
         return None
     if not len(lines):
         raise DegenerateInput("The contours enclose nothing.", ("contours",))
-    return mesh_of_slabs(lines, slab_ends(lines, heights, 2 if similarity > 0.0 else 1), regions.grid)
+    ends = slab_ends(lines, heights, 2 if similarity > 0.0 else 1)
+    return mesh_of_slabs(lines, ends, regions.grid, passes)
 
 
 def _placed(mesh: Mesh, axes: Floats) -> Mesh:

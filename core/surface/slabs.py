@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.surface.borders import Borders
-from core.surface.heights import Places, heights_of
+from core.surface.heights import Passes, Places, heights_of
 from core.surface.inner_points import inner_points
 from core.surface.linework import Grid, Linework
 from core.surface.overlay import Overlay, SlabEnds, edges_of, overlay_of
@@ -31,7 +31,9 @@ Bools = NDArray[np.bool_]
 INNER = 2  # neither end of the slab
 
 
-def mesh_of_slabs(lines: Linework, slabs: Sequence[SlabEnds], grid: Grid) -> Mesh:
+def mesh_of_slabs(
+    lines: Linework, slabs: Sequence[SlabEnds], grid: Grid, passes: Passes | None = None
+) -> Mesh:
     """The closed mesh between noded borders.
 
     Parameters
@@ -41,6 +43,8 @@ def mesh_of_slabs(lines: Linework, slabs: Sequence[SlabEnds], grid: Grid) -> Mes
     slabs : sequence of SlabEnds
         Each level's region is the upper end of the slabs below it and the lower one of those above.
     grid : Grid
+    passes : Passes, optional
+        How high the surface is inside slabs, where that is known.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def mesh_of_slabs(lines: Linework, slabs: Sequence[SlabEnds], grid: Grid) -> Mes
     overlay = overlay_of(lines, slabs, inner_points(lines, borders, slabs))
     sheet = _sheet(overlay)
     edges, places = _inner_vertices(overlay, sheet)
-    inner = _Inner(edges, places.xy, heights_of(places, borders, slabs, grid.pitch))
+    inner = _Inner(edges, places.xy, heights_of(places, borders, slabs, grid, passes))
     corners = _Corners(overlay, slabs)
     pieces = _pieces(sheet, corners, inner, len(overlay.node))
     strips = _strips(sheet, corners, inner, len(overlay.node))

@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 from core.errors import DegenerateInput, InvalidInput, InvalidParameter
 from core.results import Curve
 from core.surface.axis import AxisFrame, axis_frame
-from core.surface.draft import is_clean
-from core.surface.indicator import indicator_of
 from core.surface.parameters import SliceParameters
 from core.surface.range_image import triangulate
 from core.surface.results import ContourLevel, Mesh, Scans, Slice
 from core.surface.slicing import slices_of
 
-__all__ = ["cut", "given", "given_contours", "meshes_of", "shown_by"]
+__all__ = ["cut", "given", "given_contours", "meshes_of"]
 
 Floats = NDArray[np.float64]
 
@@ -89,21 +87,6 @@ def cut(scans: Scans, parameters: SliceParameters, meshes: Sequence[Mesh]) -> tu
         where = ("slices",) if scans.slices else _where(parameters, given(scans))
         raise DegenerateInput("No plane cuts anything: there is no sample at any level.", where)
     return found
-
-
-def shown_by(
-    meshes: Sequence[Mesh], slices: Sequence[Slice], parameters: SliceParameters
-) -> tuple[tuple[Floats, ...], ...] | None:
-    """Return about where the contours of slices run, as all meshes together show: (M, 2) arrays of each.
-
-    None where they show nothing, or where the slices are contours already.
-    """
-    if not meshes or all(is_clean(one) for one in slices):
-        return None
-    indicator = indicator_of(meshes, axis_frame(parameters.axis))
-    if indicator is None:
-        return None
-    return tuple(tuple(indicator.loops(one.height)) for one in slices)
 
 
 def _where(parameters: SliceParameters, kind: str) -> tuple[str, ...]:

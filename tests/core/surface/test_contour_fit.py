@@ -171,6 +171,13 @@ def test_vertices_are_equally_far_apart_and_stations_within_the_length():
     assert found.distance == pytest.approx(line.distance(shapely.points(points)), abs=1e-9)
 
 
+def test_feet_are_found_from_segments_that_are_off():
+    points, guess = sampled(ellipse(4000), 1500, SIGMA), ellipse(120)
+    segments = np.asarray(cKDTree(guess).query(points)[1], np.int64)
+    base, shifted = fit_contour(points, guess, segments), fit_contour(points, guess, (segments + 9) % 120)
+    assert np.abs(base.vertices - shifted.vertices).max() < 1e-9
+
+
 def test_few_samples_or_no_guess_give_nothing():
     points = sampled(circle(100), LEAST_SAMPLES - 1, SIGMA)
     assert fit(points, circle(30)) is None

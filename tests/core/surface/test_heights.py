@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from core.surface.borders import Borders
 from core.surface.heights import Places, heights_of
-from core.surface.linework import linework_of
+from core.surface.linework import Grid, linework_of
 from core.surface.overlay import slab_ends
 
 UNIT = 10_000  # grid units
@@ -20,7 +20,7 @@ def discs(*radii):
     return lines, slab_ends(lines, np.arange(float(len(radii))))
 
 
-def height_at(radius, radii, slab, reached):
+def height_at(radius, radii, slab, reached, passes=None):
     lines, slabs = discs(*radii)
     xy = UNIT * np.array([(r, 0.003) for r in np.atleast_1d(radius)])
     count = len(xy)
@@ -31,7 +31,7 @@ def height_at(radius, radii, slab, reached):
         np.zeros(count, np.int64),
         np.repeat(np.array(reached)[:, None], count, axis=1),
     )
-    return heights_of(places, Borders.of(lines), slabs, 1.0 / UNIT)
+    return heights_of(places, Borders.of(lines), slabs, Grid(np.zeros(2), 1.0 / UNIT), passes)
 
 
 def test_a_cone_stays_straight():
@@ -88,3 +88,33 @@ def test_heights_stay_inside_the_slab_and_rise_with_the_distance(radii, share):
     first, second = height_at(radius, (*radii, None), 1, (True, True))
     assert 1.0 < first < 2.0
     assert first <= second + 1e-6
+
+
+def told(height):
+    """A surface that is at one height everywhere, when it is between where it is sought."""
+
+    def passes(places, start, end):
+        within = (np.minimum(start, end) < height) & (height < np.maximum(start, end))
+        return np.where(within, height, np.nan) + 0.0 * places[:, 0]
+
+    return passes
+
+
+def test_a_flat_top_is_as_high_as_is_shown_far_from_its_border():
+    radius, radii = np.array([0.5, 2.0, 4.9]), (5.0, 5.0, 5.0, None)
+    shown = height_at(radius, radii, 2, (True, False), told(2.2))
+    alone = height_at(radius, radii, 2, (True, False))
+    assert shown[:2] == pytest.approx(2.2, abs=1e-6)
+    assert shown[2] == alone[2]  # the border lies in the plane
+    assert alone[:2] == pytest.approx(2.5, abs=1e-6)
+
+
+def test_what_is_shown_elsewhere_changes_nothing():
+    radius, radii = np.array([0.5, 2.0, 4.9]), (5.0, 5.0, 5.0, None)
+    shown = height_at(radius, radii, 2, (True, False), told(7.0))
+    assert np.array_equal(shown, height_at(radius, radii, 2, (True, False)))
+
+
+def test_a_floor_is_sought_downwards():
+    radius, radii = np.array([0.5, 2.0]), (None, 5.0, 5.0, 5.0)
+    assert height_at(radius, radii, 0, (False, True), told(0.7)) == pytest.approx(0.7, abs=1e-6)

@@ -252,7 +252,10 @@ def test_the_surface_passes_over_a_place_at_the_height_of_the_ball():
     true = np.sqrt(RADIUS**2 - np.sum(places[:3] ** 2, axis=1))
     assert np.abs(found[:3] - true).max() < 0.2 * indicator.pitch
     assert np.isnan(found[3])
-    assert np.isnan(indicator.crossings(places, -high, high)[:3]).all()  # there it passes twice
+    below = indicator.crossings(places, -low, -high)
+    assert np.abs(below[:3] + true).max() < 0.2 * indicator.pitch
+    assert np.isnan(indicator.crossings(places, high, low)).all()  # from outside in
+    assert np.isnan(indicator.crossings(places, -high, high)).all()  # there it passes twice
 
 
 def test_what_is_turned_inside_out_shows_the_same():
