@@ -24,6 +24,7 @@ from core.surface.drafts import GROUP, drafts_of
 from core.surface.evidence import explained
 from core.surface.parameters import ContourParameters
 from core.surface.results import ContourLevel, Slice
+from core.surface.specks import without_specks
 
 __all__ = ["consistent", "contours_of"]
 
@@ -109,7 +110,7 @@ def consistent(
         tell(progress, done / len(stack), "completing levels")
         levels[k], told[k] = _level(stack[k], k, told, frame, parameters.complete, guesses[k])
     tell(progress, 1.0, "done")
-    return tuple(levels.values())
+    return without_specks(list(levels.values()), frame)
 
 
 def _inside_out(drafts: Sequence[Draft]) -> list[int]:
