@@ -27,6 +27,7 @@ __all__ = [
     "polynomial_at",
     "reach_of",
     "select_bandwidths",
+    "solve",
 ]
 
 
@@ -232,7 +233,7 @@ def _lowest(log_h: NDArray[np.float64], scores: NDArray[np.float64]) -> float:
 
 
 @njit(cache=True)
-def _solve(m, rhs, size):  # type: ignore[no-untyped-def]
+def solve(m, rhs, size):  # type: ignore[no-untyped-def]
     """Solve the leading ``size`` rows in place by Cholesky; False when not positive definite."""
     for i in range(size):
         for j in range(i + 1):
@@ -335,7 +336,7 @@ def polynomial_at(  # type: ignore[no-untyped-def]
             rhs[a, 3] = 1.0 if a == 0 else 0.0
         if order >= 2:
             rhs[2, 3] = 2.0 * feedback / (h * h)
-        if _solve(m, rhs, order + 1):
+        if solve(m, rhs, order + 1):
             return order, h
     return -1, h
 
