@@ -15,18 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from core.progress import Progress, tell, within
+from core.progress import Progress, tell
 from core.results import Curve, Warn
 from core.surface.axis import AxisFrame, axis_frame
 from core.surface.completion import completed_loops
 from core.surface.draft import CLEAN, METHODS, STRAY, Draft, attempt
-from core.surface.drafts import GROUP, drafts_of
 from core.surface.evidence import explained
 from core.surface.parameters import ContourParameters
 from core.surface.results import ContourLevel, Slice
 from core.surface.specks import without_specks
 
-__all__ = ["consistent", "contours_of"]
+__all__ = ["consistent"]
 
 Floats = NDArray[np.float64]
 
@@ -35,40 +34,6 @@ _NEAR = 6.0  # standard deviations within which samples count as a contour's own
 _MISSING = 3  # levels without samples in a row; more of them are empty space
 _BESIDE = 2  # complete levels on each side that a level is completed from
 _SOURCES = ("its neighbours", "what all slices show")
-_ALONE = 0.9  # fraction of the work that is done when every slice has been looked at alone
-
-
-def contours_of(
-    slices: Sequence[Slice], parameters: ContourParameters | None = None, *, progress: Progress | None = None
-) -> tuple[ContourLevel, ...]:
-    """Reconstruct the closed contours of slices.
-
-    Parameters
-    ----------
-    slices : sequence of Slice
-        In any order. One without samples between others that have some is a missing level.
-    parameters : ContourParameters, optional
-        ``axis`` as the slices were made with, and ``complete``.
-    progress : Progress, optional
-        Told how far it has come.
-
-    Returns
-    -------
-    tuple of ContourLevel
-        By height; curves lie in place, with (M, 3) vertices. What is left open or was completed is told
-        in each level's ``warnings``.
-    """
-    parameters = parameters or ContourParameters()
-    frame = axis_frame(parameters.axis)
-    stack = sorted(slices, key=lambda one: one.height)
-    drafts: list[Draft] = []
-    for first in range(0, len(stack), GROUP):
-        group = stack[first : first + GROUP]
-        last = first + len(group)
-        shares = _ALONE * first / len(stack), _ALONE * last / len(stack)
-        where = f"slices {first + 1} to {last} of {len(stack)}"
-        drafts += drafts_of(group, frame, progress=within(progress, *shares, where))
-    return consistent(stack, drafts, parameters, progress=within(progress, _ALONE, 1.0))
 
 
 def consistent(
@@ -97,7 +62,8 @@ def consistent(
     Returns
     -------
     tuple of ContourLevel
-        As from :func:`contours_of`.
+        By height; curves lie in place, with (M, 3) vertices. What is left open or was completed is told
+        in each level's ``warnings``.
     """
     parameters = parameters or ContourParameters()
     frame = axis_frame(parameters.axis)

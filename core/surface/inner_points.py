@@ -23,17 +23,22 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 SPACING = 3.0  # typical edges of the contours
+STEEP = 2.0  # heights of a slab: flat parts between steep ones need points that near to their borders
 LEAST = 1.0 / 200.0  # of the extent: finer lattices show nothing more
 CLEAR = 0.7  # spacings from the borders, at least
 
 
-def inner_points(lines: Linework, borders: Borders, slabs: Sequence[SlabEnds]) -> list[Ints]:
-    """Lattice points (M, 2) for each slab, inside the regions of which only one is solid."""
+def inner_points(lines: Linework, borders: Borders, slabs: Sequence[SlabEnds], pitch: float) -> list[Ints]:
+    """Lattice points (M, 2) for each slab, inside the regions of which only one is solid.
+
+    ``pitch`` is that of the grid, in units of the heights.
+    """
     length = np.sort(np.hypot(*(lines.ends[:, 1] - lines.ends[:, 0]).T))
     # Half of the contours' length is in shorter edges, half in longer ones.
     typical = length[np.searchsorted(np.cumsum(length), length.sum() / 2.0)]
     extent = np.ptp(lines.ends.reshape(-1, 2), axis=0).max()
-    spacing = int(max(SPACING * typical, LEAST * extent))
+    high = float(np.median([each.heights[1] - each.heights[0] for each in slabs])) / pitch
+    spacing = int(max(min(SPACING * typical, STEEP * high), LEAST * extent))
     chords = _chords(lines, slabs, spacing)
     # No more points than the contours have edges.
     area = float(spacing * (chords.stop - chords.start).sum())

@@ -52,7 +52,7 @@ def mesh_of_slabs(
         In the frame of the levels: x, y, height.
     """
     borders = Borders.of(lines)
-    overlay = overlay_of(lines, slabs, inner_points(lines, borders, slabs))
+    overlay = overlay_of(lines, slabs, inner_points(lines, borders, slabs, grid.pitch))
     sheet = _sheet(overlay)
     edges, places = _inner_vertices(overlay, sheet)
     inner = _Inner(edges, places.xy, heights_of(places, borders, slabs, grid, passes))

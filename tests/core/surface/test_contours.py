@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from core.surface.axis import axis_frame
-from core.surface.contours import consistent, contours_of
+from core.surface.contours import consistent
 from core.surface.draft import draft_of
+from core.surface.levelwise import contour_levels
 from core.surface.parameters import ContourParameters
 from core.surface.results import Slice
 from surface.stacks import ellipse, rms, slice_of, without_sector
@@ -105,7 +106,7 @@ def test_incomplete_levels_are_left_so_on_request(stack):
 
 def test_levels_without_a_complete_neighbour_are_incomplete():
     slices = [without_sector(slice_of([ellipse(z)], z, 1), 1.0, 0.5) for z in (0.0, 1.5)]
-    for one in contours_of(slices):
+    for one in contour_levels(slices, ContourParameters()):
         assert not one.completed
         assert [warning.code for warning in one.warnings] == ["incomplete-level"]
 
@@ -138,7 +139,7 @@ def test_contours_join_across_an_incomplete_level():
     whole = [ellipse(0.0) * np.array([0.85, 0.4])]
     slices = [slice_of(lines(z) if z > 4.5 else whole, z, 3) for z in (0.0, 1.5, 3.0, 6.0, 7.5, 9.0)]
     slices.insert(3, Slice(4.5, np.zeros((0, 3))))
-    levels = contours_of(slices)
+    levels = contour_levels(slices, ContourParameters())
     assert [len(one.curves) for one in levels[:3]] == [1, 1, 1]
     assert [len(one.curves) for one in levels[4:]] == [2, 2, 2]
     assert levels[3].completed
@@ -149,7 +150,7 @@ def test_slices_across_any_axis_give_contours_in_place():
     axis = (1.0, -2.0, 0.5)
     frame = axis_frame(axis)
     slices = [slice_of([ellipse(z)], z, 5, axis) for z in (1.0, 2.0)]
-    for one in contours_of(slices, ContourParameters(axis=axis)):
+    for one in contour_levels(slices, ContourParameters(axis=axis)):
         (curve,) = one.curves
         assert frame.heights(curve.vertices) == pytest.approx(np.full(len(curve.vertices), one.height))
         flat = frame.to_plane(curve.vertices)
@@ -161,18 +162,19 @@ def test_slices_across_any_axis_give_contours_in_place():
 
 def test_progress_ascends_to_its_end():
     told = []
-    contours_of(
+    contour_levels(
         [slice_of([ellipse(z)], z, 6) for z in (0.0, 1.0, 2.0)],
+        ContourParameters(),
         progress=lambda share, what: told.append((share, what)),
     )
     shares = [share for share, _ in told]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
-    assert "slices 1 to 3 of 3" in [what for _, what in told]
+    assert "slice 1 of 3" in [what for _, what in told]
 
 
 def test_no_slices_have_no_contours():
-    assert contours_of([]) == ()
+    assert contour_levels([], ContourParameters()) == ()
 
 
 def shown_of(stack, factor=1.01):

@@ -15,7 +15,7 @@ def found(levels):
     regions = regions_of(levels, np.eye(3))
     lines = noded(regions.lines)
     slabs = slab_ends(lines, regions.heights)
-    return lines, slabs, inner_points(lines, Borders.of(lines), slabs)
+    return lines, slabs, inner_points(lines, Borders.of(lines), slabs, regions.grid.pitch)
 
 
 @settings(max_examples=15, deadline=None)
@@ -31,3 +31,12 @@ def test_they_lie_where_one_region_only_is_solid(seed):
 def test_narrow_sheets_get_none_and_caps_do():
     _, _, points = found(stack([ring(10.0)], [ring(9.9)], [ring(9.8)]))
     assert [len(mine) > 0 for mine in points] == [True, False, False, True]
+
+
+def test_a_flange_has_them_nearer_to_its_borders_than_its_contours_are_fine():
+    lines, _, points = found(stack(*([ring(radius, count=64)] for radius in (20.0, 20.0, 40.0, 40.0))))
+    assert [len(mine) > 0 for mine in points] == [True, False, True, False, True]
+    radius = np.ptp(lines.ends.reshape(-1, 2), axis=0).max() / 2.0  # in grid units
+    centre = lines.ends.reshape(-1, 2).mean(axis=0)
+    away = 40.0 / radius * np.linalg.norm(points[2] - centre, axis=1)
+    assert np.minimum(away - 20.0, 40.0 - away).min() < 6.0  # three edges are 12 long
