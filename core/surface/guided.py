@@ -28,6 +28,7 @@ GUIDED = "guided"
 
 _NEAR = 6.0  # standard deviations within which samples count as a contour's own
 _FAR = 20.0  # standard deviations beyond which samples are of contours that the guess has not
+_REACH = 8.0  # times as far from the guess as half of the samples: of others for sure
 _FEW = 12  # such samples are strays
 _MOST = 0.3  # share of the samples that may be of other contours
 _LEAST = 20  # samples
@@ -56,9 +57,11 @@ def guided(slice_: Slice, frame: AxisFrame, guess: Sequence[Floats], method: str
         return None
     points = frame.to_plane(slice_.points)
     vertices, bounds = np.concatenate(guess), np.cumsum([0, *map(len, guess)])
-    nearest = np.asarray(cKDTree(vertices).query(points)[1], np.int64)
-    own = np.searchsorted(bounds, nearest, side="right") - 1
-    found, far = [], np.zeros(len(points), np.bool_)
+    away, nearest = cKDTree(vertices).query(points)
+    nearest = np.asarray(nearest, np.int64)
+    far = np.asarray(away > _REACH * np.median(away))
+    own = np.where(far, -1, np.searchsorted(bounds, nearest, side="right") - 1)
+    found = []
     for k, one in enumerate(guess):
         mine = own == k
         curve, far[mine] = _fitted(points[mine], one, nearest[mine] - bounds[k])

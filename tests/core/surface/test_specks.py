@@ -68,3 +68,22 @@ def test_contours_without_samples_are_not_judged():
 
     assert numbers(without_specks(stack({4: [given]}), FRAME))[4] == 2
     assert without_specks([], FRAME) == ()
+
+
+def test_a_hole_that_is_open_above_and_below_is_closed():
+    """Two posts that a stray patch joins in one level, with a hole between."""
+    posts = [ContourLevel(float(k), (circle(float(k), -12.0), circle(float(k), 12.0))) for k in range(9)]
+    joined = (circle(4.0, 0.0, 24.0, 2000), circle(4.0, 0.0, 1.5, 12))
+    found = without_specks([*posts[:4], ContourLevel(4.0, joined), *posts[5:]], FRAME)
+    assert numbers(found) == [2, 2, 2, 2, 1, 2, 2, 2, 2]
+    assert [one.code for one in found[4].warnings] == ["speck"]
+    larger = (joined[0], circle(4.0, 0.0, 1.5, 300))
+    kept = without_specks([*posts[:4], ContourLevel(4.0, larger), *posts[5:]], FRAME)
+    assert numbers(kept)[4] == 2
+
+
+def test_a_pit_stays():
+    def hole(height):
+        return circle(height, 0.0, 2.0, 12)
+
+    assert numbers(without_specks(stack({k: [hole] for k in (6, 7, 8)}), FRAME)) == [1] * 6 + [2] * 3
