@@ -94,7 +94,10 @@ class Settings(BaseSettings):
         description="Bytes that inputs and results may take in all; beyond, finished jobs go, oldest first.",
     )
     max_points: int = Field(
-        2_000_000, ge=1, description="Largest number of points of a request; more are 413."
+        2_000_000,
+        ge=1,
+        description="Largest number of points of a request, four holes of range images counting as one; more "
+        "are 413.",
     )
     max_bytes: int = Field(
         128 * _KIBI**2,

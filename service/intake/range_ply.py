@@ -16,10 +16,13 @@ from core.surface.results import Pose, RangeImage
 from service.intake.errors import IntakeError, refuse
 from service.intake.ply import Element, Header, broken, read_header
 
-__all__ = ["decode_conf", "decode_range_ply", "is_range_ply"]
+__all__ = ["HOLES", "decode_conf", "decode_range_ply", "is_range_ply"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+HOLES = 4
+"""Pixels without a point that count as one point: range grids are mostly holes."""
 
 _GRID = "range_grid"
 _MAX_CONF = 1_000_000  # bytes: thousands of scans
@@ -42,7 +45,7 @@ def decode_range_ply(body: bytes, pose: Pose | None = None, max_points: int | No
     pose : Pose, optional
         Where the scan stands; from its ``.conf`` file.
     max_points : int, optional
-        How many pixels it may have.
+        How many points it may have, and four times as many pixels.
 
     Returns
     -------
@@ -52,13 +55,15 @@ def decode_range_ply(body: bytes, pose: Pose | None = None, max_points: int | No
     Raises
     ------
     IntakeError
-        400 for a body that is no such file or is cut off, 413 for too many pixels, 422 for points that
+        400 for a body that is no such file or is cut off, 413 for too many points, 422 for points that
         are not finite or indices of points that are not there.
     """
     header = read_header(body)
     rows, columns = _size(header)
-    if max_points is not None and rows * columns > max_points:
-        raise refuse("too-many-points", f"{rows * columns} pixels are more than the {max_points} allowed")
+    points = max(header.elements[0].count, rows * columns // HOLES)
+    if max_points is not None and points > max_points:
+        detail = f"{points} points, {HOLES} holes counting as one, are more than the {max_points} allowed"
+        raise refuse("too-many-points", detail)
     vertices, pixels = _text(body, header) if header.order == "" else _binary(body, header)
     if not np.isfinite(vertices).all():
         where = int(np.argwhere(~np.isfinite(vertices))[0, 0])

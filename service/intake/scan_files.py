@@ -15,6 +15,7 @@ from service.intake.errors import ErrorItem, IntakeError, refuse
 from service.intake.json import load_json
 from service.intake.meshes import decode_mesh
 from service.intake.range_ply import decode_conf, decode_range_ply, is_range_ply
+from service.intake.scans import size_of
 from service.intake.submission import Limits
 
 __all__ = ["ScanFile", "decode_scan", "decode_scans"]
@@ -150,7 +151,7 @@ def _placed(one: Mesh | RangeImage, pose: Pose | None, number: int) -> Mesh | Ra
 def _size(one: Mesh | RangeImage) -> int:
     if isinstance(one, Mesh):
         return max(len(one.vertices), len(one.faces) // 2)
-    return int(one.points.size) // 3
+    return size_of({"range_images": [one]})
 
 
 def _collected(scans: Iterable[Mesh | RangeImage]) -> Document:

@@ -22,6 +22,7 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 from core.results import Curve
 from core.surface.results import ContourLevel, Mesh, Pose, RangeImage, Scans, Slice
 from service.intake.errors import MAX_LISTED
+from service.intake.range_ply import HOLES
 from service.intake.rows import Grid, Rows, located
 
 __all__ = ["KINDS", "ScanMembers", "size_of"]
@@ -258,7 +259,10 @@ class ScanMembers(BaseModel):
 
 
 def size_of(document: dict[str, Any]) -> int:
-    """Count the points of a document that may hold anything: vertices, pixels and samples; half the faces."""
+    """Count the points of a document that may hold anything: vertices, pixels and samples.
+
+    Faces count half, and pixels that hold no point a quarter, where they are more.
+    """
     return sum(
         _SIZES[name](one) for name in KINDS if isinstance(document.get(name), list) for one in document[name]
     )
@@ -271,8 +275,11 @@ def _of_mesh(one: Any) -> int:
 def _of_image(one: Any) -> int:
     rows = _member(one, "points")
     if isinstance(rows, np.ndarray):
-        return rows.size // 3
-    return sum(map(_length, rows)) if isinstance(rows, list) else 0
+        return max(int(np.isfinite(rows[..., 0]).sum()) if rows.ndim else 0, rows.size // 3 // HOLES)
+    if not isinstance(rows, list):
+        return 0
+    seen = sum(len(row) - row.count(None) for row in rows if isinstance(row, list))
+    return max(seen, sum(map(_length, rows)) // HOLES)
 
 
 def _of_slice(one: Any) -> int:

@@ -151,9 +151,18 @@ def test_a_pixel_that_names_no_point_is_refused() -> None:
         assert refusal(body.replace(b"1 0\n", wrong)).status == 422
 
 
-def test_too_many_pixels_are_refused() -> None:
-    assert refusal(written(some_grid(1)), 34).status == 413
-    assert decode_range_ply(written(some_grid(1)), None, 35).points.shape == (5, 7, 3)
+def test_too_many_points_are_refused() -> None:
+    grid = some_grid(1)
+    seen = int(np.isfinite(grid[:, :, 0]).sum())
+    assert refusal(written(grid), seen - 1).status == 413
+    assert decode_range_ply(written(grid), None, seen).points.shape == (5, 7, 3)
+
+
+def test_four_holes_count_as_a_point() -> None:
+    grid = np.full((8, 10, 3), np.nan)
+    grid[2:4, 2:4] = np.random.default_rng(0).normal(size=(2, 2, 3))
+    assert refusal(written(grid), 19).status == 413
+    assert decode_range_ply(written(grid), None, 20).points.shape == (8, 10, 3)
 
 
 @settings(max_examples=100, deadline=None)

@@ -331,10 +331,17 @@ def test_all_points_together_are_counted(document: dict[str, Any]) -> None:
     assert read(dumped(**document), limits=Limits(40, 10**6)).points is None
 
 
+def test_holes_of_range_images_count_a_quarter() -> None:
+    rows = [[None] * 10, [[0, 0, 0], [1, 0, 0], [0, 1, 0], *[None] * 7], [None] * 10]
+    document = {"range_images": [{"points": rows}]}
+    assert refusal(dumped(**document), limits=Limits(6, 10**6)).kind == "too-many-points"
+    assert read(dumped(**document), limits=Limits(7, 10**6)).points is None
+
+
 def test_files_are_counted_together() -> None:
     body, media_type = form(("a.ply", write_range_ply(IMAGE)), ("b.obj", OBJ))
-    assert refusal(body, media_type, limits=Limits(7, 10**6)).kind == "too-many-points"
-    assert scans(body, media_type, limits=Limits(8, 10**6)).meshes
+    assert refusal(body, media_type, limits=Limits(6, 10**6)).kind == "too-many-points"
+    assert scans(body, media_type, limits=Limits(7, 10**6)).meshes
     zipped, media_type = form(*[(f"{k}.obj.gz", gzip.compress(OBJ)) for k in range(5)])
     assert refusal(zipped, media_type, limits=Limits(100, 4 * len(OBJ))).kind == "too-many-bytes"
 
