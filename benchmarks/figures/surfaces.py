@@ -48,10 +48,8 @@ class Way:
 def way_of(name: str, levels: int) -> Way:
     """Scan a built-in solid from twelve sides, and reconstruct it."""
     images = scan(solid(name), Scanner(views=12))
-    parameters = SurfaceParameters(levels=levels)
-    cut = slices(Scans(range_images=images), parameters)
-    found = contours(Scans(slices=cut.slices))
-    made = surface(Scans(contours=found.slices))
+    scans, parameters = Scans(range_images=images), SurfaceParameters(levels=levels)
+    cut, found, made = slices(scans, parameters), contours(scans, parameters), surface(scans, parameters)
     return Way(tuple(triangulate(image) for image in images), cut, found, made)
 
 

@@ -33,7 +33,7 @@ _NOISIER = 1.5  # times the noise of both neighbours: the contours may be wrong
 _NEAR = 6.0  # standard deviations within which samples count as a contour's own
 _MISSING = 3  # levels without samples in a row; more of them are empty space
 _BESIDE = 2  # complete levels on each side that a level is completed from
-_SOURCES = ("its neighbours", "what all slices show")
+_SOURCES = ("its neighbours", "what all scans show")
 
 
 def consistent(
