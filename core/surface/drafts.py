@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from core.progress import Progress, tell
 from core.surface.axis import AxisFrame
 from core.surface.draft import METHODS, Draft, draft_of, is_clean
 from core.surface.following import followed
+from core.surface.grazing import is_grazing
 from core.surface.guided import guided
 from core.surface.results import Slice
 
@@ -22,6 +24,7 @@ Floats = NDArray[np.float64]
 GROUP = 17
 """Consecutive slices that are best worked on together."""
 
+_CORNERS = 32  # of a first guess, at least
 _STRIDE = 8  # slices from one that is found to the next; what lies between is halved again and again
 
 
@@ -37,7 +40,8 @@ def drafts_of(
     Where all scans together show about where contours run, these are fitted to the slice's samples. Of
     the others every eighth one is reconstructed by itself, and the last one; each
     one between is followed from those nearest to it on both sides that were seen whole, or where these
-    do not tell reconstructed as well. What was reconstructed is then followed too, where it can be.
+    do not tell reconstructed as well, unless the plane runs along a face. What was reconstructed is then
+    followed too, where it can be.
 
     Parameters
     ----------
@@ -63,9 +67,20 @@ def drafts_of(
 def _guided(slices: Sequence[Slice], frame: AxisFrame, shown: Sequence[Sequence[Floats]]) -> dict[int, Draft]:
     """Return drafts of those slices whose samples bear out what is shown; closed polylines need none."""
     drafts = [
-        None if is_clean(one) else guided(one, frame, guess) for one, guess in zip(slices, shown, strict=True)
+        None if is_clean(one) else guided(one, frame, guess) if guess else _tip(one, frame)
+        for one, guess in zip(slices, shown, strict=True)
     ]
     return {k: draft for k, draft in enumerate(drafts) if draft is not None}
+
+
+def _tip(one: Slice, frame: AxisFrame) -> Draft | None:
+    """Return the contour of a slice where nothing is shown: of a tip, which is mostly convex."""
+    hull = shapely.convex_hull(shapely.MultiPoint(frame.to_plane(one.points)))
+    if hull.geom_type != "Polygon" or is_grazing(one):
+        return None
+    ring = shapely.get_coordinates(shapely.segmentize(hull.exterior, hull.length / _CORNERS))[:-1]
+    draft = guided(one, frame, [ring])
+    return draft if draft is not None and draft.complete else None
 
 
 def _found(k: int, slices: Sequence[Slice], known: Mapping[int, Draft], frame: AxisFrame) -> Draft:
@@ -76,6 +91,8 @@ def _found(k: int, slices: Sequence[Slice], known: Mapping[int, Draft], frame: A
     draft = None
     if below is not None and above is not None:
         draft = followed(slices[k], frame, known[below], known[above])
+    if draft is None and is_grazing(slices[k]):
+        return Draft(slices[k].height, samples=len(slices[k].points))
     return draft or draft_of(slices[k], frame)
 
 

@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from core.surface.axis import AxisFrame
 from core.surface.contour_fit import fit_contour
 from core.surface.draft import LEFT, STRAY, Draft, Found, draft_of, is_simple, judged
+from core.surface.grazing import is_grazing
 from core.surface.results import Slice
 
 __all__ = ["GUIDED", "guided"]
@@ -73,15 +74,18 @@ def guided(slice_: Slice, frame: AxisFrame, guess: Sequence[Floats], method: str
 
 
 def _with_rest(draft: Draft, slice_: Slice, far: NDArray[np.bool_], frame: AxisFrame) -> Draft | None:
-    """Add the contours of samples that lie far from those of the guess; None where they are no few strays."""
+    """Add the contours of samples that lie far from those of the guess; None where many make none."""
     count, share = int(np.count_nonzero(far)), float(np.mean(far))
     if count <= _FEW:
         return draft
-    rest = draft_of(Slice(slice_.height, slice_.points[far]), frame) if share <= _MOST else Draft(0.0)
+    known = share > _MOST or is_grazing(slice_)
+    rest = Draft(0.0) if known else draft_of(Slice(slice_.height, slice_.points[far]), frame)
     loops = (*draft.loops, *rest.loops)
     if rest.complete and is_simple([one.vertices for one in loops]):
         return replace(draft, loops=loops, left=max(draft.left - share, 0.0))
-    return draft if share <= STRAY else None
+    if share <= STRAY:
+        return draft
+    return replace(draft, complete=False) if share <= LEFT else None
 
 
 def _fitted(points: Floats, guess: Floats, segments: NDArray[np.int64]) -> tuple[Found, NDArray[np.bool_]]:

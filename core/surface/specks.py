@@ -2,13 +2,15 @@
 
 Scans have stray patches beside the object, where rays hit an edge or the table. What is cut of them are
 contours like all others, but of few samples, in one level or two, and the surface would have a crumb there.
-Where a patch bridges two parts in one level, the hole beside it would make a handle of the surface.
+Where a patch bridges two parts in one level, the hole beside it would make a handle of the surface, and a
+hole in one level alone a bubble.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 import shapely
@@ -21,7 +23,9 @@ from core.surface.results import ContourLevel
 
 __all__ = ["without_specks"]
 
-_OPEN = 0.5  # share of a hole that may lie within contours of another level
+_SHALLOW = 0.1  # of the samples of a usual level
+_OPEN = 0.5  # share of a hole that may lie within contours of another level, to be open there
+_LEFT = 0.05  # share that may be open, to be solid there
 
 Place = tuple[int, int]  # of a level in the stack, and of a contour in it
 
@@ -30,7 +34,8 @@ def without_specks(levels: Sequence[ContourLevel], frame: AxisFrame) -> tuple[Co
     """Leave out contours that have no part in anything larger.
 
     A speck is a set of contours that overlap from level to level and together have fewer samples than 3 % of
-    what levels usually have; or a hole of as few that is open above and below.
+    what levels usually have; or a hole of one level with fewer than 10 %, over and under which all is open,
+    or all solid.
 
     Parameters
     ----------
@@ -45,14 +50,18 @@ def without_specks(levels: Sequence[ContourLevel], frame: AxisFrame) -> tuple[Co
         With a warning where something was left out.
     """
     counts = [sum(curve.samples for curve in one.curves) for one in levels]
-    limit = STRAY * float(np.median([count for count in counts if count] or [0]))
-    small = {
-        (k, j): _disc(curve, frame)
-        for k, level in enumerate(levels)
-        for j, curve in enumerate(level.curves)
-        if 0 < curve.samples < limit and curve.closed
-    }
-    gone = {place for place, hole in small.items() if _is_handle(place, hole, levels, frame)}
+    usual = float(np.median([count for count in counts if count] or [0]))
+    guessed = [
+        (k, j)
+        for k, one in enumerate(levels)
+        if one.completed
+        for j, curve in enumerate(one.curves)
+        if not curve.samples
+    ]
+    doubted = [*guessed, *_places(levels, _SHALLOW * usual)]
+    gone = {place for place in doubted if _is_shallow(place, levels, frame)}
+    limit = STRAY * usual
+    small = {(k, j): _disc(levels[k].curves[j], frame) for k, j in _places(levels, limit)}
     while small:
         group, meets_more = _group(next(iter(small)), small, levels, frame)
         for place in group:
@@ -60,6 +69,16 @@ def without_specks(levels: Sequence[ContourLevel], frame: AxisFrame) -> tuple[Co
         if not meets_more and sum(levels[k].curves[j].samples for k, j in group) < limit:
             gone.update(group)
     return tuple(_without(level, {j for at, j in gone if at == k}) for k, level in enumerate(levels))
+
+
+def _places(levels: Sequence[ContourLevel], limit: float) -> list[Place]:
+    """Return where closed contours of fewer samples are."""
+    return [
+        (k, j)
+        for k, level in enumerate(levels)
+        for j, curve in enumerate(level.curves)
+        if 0 < curve.samples < limit and curve.closed
+    ]
 
 
 def _group(
@@ -83,21 +102,30 @@ def _group(
     return group, meets_more
 
 
-def _is_handle(place: Place, hole: BaseGeometry, levels: Sequence[ContourLevel], frame: AxisFrame) -> bool:
-    """Tell whether a contour is a hole of its level, over and under which there is only outside."""
+def _is_shallow(place: Place, levels: Sequence[ContourLevel], frame: AxisFrame) -> bool:
+    """Tell whether a contour is a hole that is as open above and below as beside the object, or as solid."""
     k, j = place
     if not 0 < k < len(levels) - 1:
         return False
+    hole = _disc(levels[k].curves[j], frame)
     others = [curve for at, curve in enumerate(levels[k].curves) if at != j]
     if not _covered(others, frame).contains(hole.representative_point()):
         return False
-    beside = [_covered(levels[at].curves, frame).intersection(hole).area for at in (k - 1, k + 1)]
-    return bool(max(beside) < _OPEN * hole.area)
+    beside = [levels[at].curves for at in (k - 1, k + 1)]
+    if all(_covered(curves, frame).intersection(hole).area < _OPEN * hole.area for curves in beside):
+        return True
+    return all(_solid(curves, frame).intersection(hole).area > (1.0 - _LEFT) * hole.area for curves in beside)
 
 
 def _covered(curves: Sequence[Curve], frame: AxisFrame) -> BaseGeometry:
     """Return all that contours go around, holes and all."""
     return shapely.union_all([_disc(one, frame) for one in curves if one.closed])
+
+
+def _solid(curves: Sequence[Curve], frame: AxisFrame) -> BaseGeometry:
+    """Return what an odd number of contours goes around."""
+    discs = [_disc(one, frame) for one in curves if one.closed]
+    return reduce(shapely.symmetric_difference, discs, shapely.Polygon())
 
 
 def _disc(curve: Curve, frame: AxisFrame) -> BaseGeometry:

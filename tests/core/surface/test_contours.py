@@ -193,7 +193,7 @@ def test_many_incomplete_levels_in_a_row_are_completed_by_what_is_shown(stack):
     changed = {k: without_sector(stack[0][k], 1.0, 0.4) for k in range(2, 11)}
     levels = with_shown(stack, changed, shown_of(stack))
     assert [k for k, one in enumerate(levels) if one.completed] == list(range(2, 11))
-    assert all("all slices" in one.warnings[0].message for one in levels[2:11])
+    assert all("all scans" in one.warnings[0].message for one in levels[2:11])
     assert all(rms(levels[k]) < 0.2 for k in range(2, 11))
 
 

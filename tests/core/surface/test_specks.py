@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,11 +57,18 @@ def test_the_tip_of_something_larger_stays():
     assert numbers(found) == [1, 1, 1, 2, 2, 2, 1, 1, 1]
 
 
-def test_a_small_hole_stays():
-    def hole(height):
-        return circle(height, 0.0, 0.5, 12)
+def test_a_hole_in_one_level_alone_is_a_bubble():
+    def hole(samples):
+        return lambda height: circle(height, 0.0, 2.0, samples)
 
-    assert numbers(without_specks(stack({4: [hole]}), FRAME))[4] == 2
+    assert numbers(without_specks(stack({4: [hole(50)]}), FRAME)) == [1] * 9
+    assert numbers(without_specks(stack({4: [hole(300)]}), FRAME))[4] == 2
+
+
+def test_a_bubble_that_was_only_guessed_goes_too():
+    levels = stack({4: [lambda height: circle(height, 0.0, 2.0, 0)]})
+    guessed = [*levels[:4], replace(levels[4], completed=True), *levels[5:]]
+    assert numbers(without_specks(guessed, FRAME)) == [1] * 9
 
 
 def test_contours_without_samples_are_not_judged():
