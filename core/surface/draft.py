@@ -243,7 +243,7 @@ def judged(height: float, found: Sequence[Found], samples: int, method: str) -> 
     sigma = float(np.sqrt(sum(one.sigma**2 * len(one.stations) for one in own) / max(explained, 1)))
     gap = max((one.gap for one in loops), default=0.0) / spacing if spacing > 0.0 else 0.0
     left = 1.0 - explained / max(samples, 1)
-    whole = bool(loops) and not loose and gap <= np.log(samples) + GAP and left <= LEFT
+    whole = bool(loops and not loose and gap <= np.log(samples) + GAP and left <= LEFT)
     return Draft(
         height,
         tuple(one.curve(k) for k, one in enumerate(loops)),

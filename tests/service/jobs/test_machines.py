@@ -10,7 +10,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,9 @@ def postgres() -> Iterator[Any]:
     directory = tempfile.mkdtemp(prefix="tapeline-")  # not below pytest's: another user must reach it
     with get_server(directory, cleanup_mode="delete") as server:
         yield server
+
+
+PATIENCE = 120.0  # seconds until two workers have a job each
 
 
 class Machines:
@@ -73,13 +76,26 @@ class Machines:
 
     def both_at_work(self, directory: Path, seconds: float) -> dict[str, tuple[str, int]]:
         """Let each of two workers compute a job; return jobs and processes by worker."""
-        while True:
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
             found = {}
             for _ in range(2):
                 job, process = begun(self.client, directory, seconds=seconds)
                 found[self.of(process)] = job, process
             if len(found) == 2:
                 return found
+        raise AssertionError("one worker computes everything")
+
+    @contextmanager
+    def suspended(self, *names: str) -> Iterator[None]:
+        """Suspend workers for a while."""
+        for name in names:
+            self.workers[name].send_signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            for name in names:
+                self.workers[name].send_signal(signal.SIGCONT)
 
 
 @pytest.fixture(scope="module")
@@ -119,9 +135,9 @@ def test_a_worker_that_comes_back_from_the_dead_does_not_speak_for_its_old_jobs(
     at_work = machines.both_at_work(tmp_path, seconds=2.0)
     job, process = at_work["left"]
     (sign,) = [file for file in tmp_path.iterdir() if signed(file) == process]
-    machines.workers["left"].send_signal(signal.SIGSTOP)
-    until(lambda: signed(sign) not in {0, process})  # the other one takes the job up, and computes it
-    machines.workers["left"].send_signal(signal.SIGCONT)  # with the answer of its own computation
+    with machines.suspended("left"):
+        until(lambda: signed(sign) not in {0, process})  # the other one takes the job up, and computes it
+    # Now the first one comes with the answer of its own computation.
     check(client, [job, at_work["right"][0]])
     told = info(client, job)
     machines.both_at_work(tmp_path, seconds=0.5)
@@ -132,11 +148,8 @@ def test_when_all_workers_were_suspended_each_job_still_has_one_result(
     machines: Machines, tmp_path: Path
 ) -> None:
     at_work = machines.both_at_work(tmp_path, seconds=1.5)
-    for worker in machines.workers.values():
-        worker.send_signal(signal.SIGSTOP)
-    time.sleep(LAPSE_SECONDS + 1)
-    for worker in machines.workers.values():  # each may now take the other for dead
-        worker.send_signal(signal.SIGCONT)
+    with machines.suspended(*machines.workers):
+        time.sleep(LAPSE_SECONDS + 1)  # each may then take the other for dead
     check(machines.client, [job for job, _ in at_work.values()])
 
 
