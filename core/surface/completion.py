@@ -222,9 +222,10 @@ def _extended(loops: list[Floats], own: Evidence, others: Sequence[_Guide]) -> l
 
 def _families(loops: Sequence[Floats], fits: Sequence[_Fit]) -> list[list[_Fit]]:
     """Gather what becomes of loops that lie within each other."""
-    rings = [shapely.make_valid(shapely.Polygon(one)) for one in loops]
+    plain = map(shapely.Polygon, loops)
+    rings = [shapely.make_valid(one, method="structure", keep_collapsed=False) for one in plain]
     parts = shapely.get_parts(shapely.union_all(rings))
-    first = [next(k for k, part in enumerate(parts) if part.intersects(ring)) for ring in rings]
+    first = [next((k for k, part in enumerate(parts) if part.intersects(ring)), -1) for ring in rings]
     return [[one for one, at in zip(fits, first, strict=True) if at == k] for k in range(len(parts))]
 
 

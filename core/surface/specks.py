@@ -130,7 +130,8 @@ def _solid(curves: Sequence[Curve], frame: AxisFrame) -> BaseGeometry:
 
 def _disc(curve: Curve, frame: AxisFrame) -> BaseGeometry:
     """Return what a closed contour goes around."""
-    return shapely.make_valid(shapely.Polygon(frame.to_plane(curve.vertices)))
+    ring = shapely.Polygon(frame.to_plane(curve.vertices))
+    return shapely.make_valid(ring, method="structure", keep_collapsed=False)
 
 
 def _without(level: ContourLevel, gone: set[int]) -> ContourLevel:
