@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from core.surface.draft import STRAY, Draft, is_simple
 from core.surface.evidence import NOISE, SAME, Evidence, mean_step, refined
-from core.surface.interpolated import Stratum, between, closest, resampled, signed_distances
+from core.surface.interpolated import Stratum, between, closest, resampled, signed_distances, steps_of
 
 __all__ = ["completed_loops"]
 
@@ -301,7 +301,7 @@ def _carried(loop: Floats, offset: Floats, seen: Bools, margin: float, fade: flo
 
     What was seen within ``margin`` of a gap does not count: ends of curves are their worst parts.
     """
-    steps = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)
+    steps = steps_of(loop)
     arc, length = np.cumsum(steps) - steps, float(steps.sum())
     seen = seen & (_way_to(arc, ~seen, length) > margin)
     if not seen.any():

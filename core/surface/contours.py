@@ -21,6 +21,7 @@ from core.surface.axis import AxisFrame, axis_frame
 from core.surface.completion import completed_loops
 from core.surface.draft import CLEAN, METHODS, STRAY, Draft, attempt
 from core.surface.evidence import explained
+from core.surface.interpolated import steps_of
 from core.surface.parameters import ContourParameters
 from core.surface.results import ContourLevel, Slice
 from core.surface.specks import without_specks
@@ -227,7 +228,7 @@ def _curves(loops: Sequence[Floats], points: Floats, unit: float) -> list[Curve]
     curves = []
     for k, one in enumerate(loops):
         own = distance[k][(nearest == k) & (distance[k] <= _NEAR * unit)]
-        length = float(np.linalg.norm(np.roll(one, -1, axis=0) - one, axis=1).sum())
+        length = float(steps_of(one).sum())
         rms = float(np.sqrt(np.mean(own**2))) if len(own) else 0.0
         curves.append(Curve(one, True, k, length, len(own), rms))
     return curves

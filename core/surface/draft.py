@@ -23,6 +23,7 @@ from core.refine.principal_curve import Refined
 from core.results import Curve, Partition
 from core.solved import Solved
 from core.surface.axis import AxisFrame
+from core.surface.interpolated import steps_of
 from core.surface.results import Slice
 
 __all__ = [
@@ -213,7 +214,7 @@ def _clean(slice_: Slice, frame: AxisFrame) -> Draft | None:
     lines = [frame.to_plane(line) for line in slice_.polylines]
     if not is_simple(lines):
         return None
-    lengths = [float(np.linalg.norm(np.roll(line, -1, axis=0) - line, axis=1).sum()) for line in lines]
+    lengths = [float(steps_of(line).sum()) for line in lines]
     loops = [Curve(line, True, k, lengths[k], len(line), 0.0) for k, line in enumerate(lines)]
     return Draft(slice_.height, tuple(loops), complete=True, samples=len(slice_.points), method=CLEAN)
 

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from core.results import Curve
 from core.surface.contour_fit import fit_contour
 from core.surface.draft import Draft, is_simple
-from core.surface.interpolated import closest, resampled
+from core.surface.interpolated import closest, resampled, steps_of
 
 __all__ = ["NOISE", "SAME", "Evidence", "explained", "mean_step", "refined"]
 
@@ -152,5 +152,4 @@ def _followed(loops: Sequence[Floats], own: Evidence) -> Bools:
 
 def mean_step(loops: Sequence[Floats]) -> float:
     """Return the mean distance between vertices."""
-    steps = [np.linalg.norm(np.roll(one, -1, axis=0) - one, axis=1) for one in loops]
-    return float(np.concatenate(steps).mean())
+    return float(np.concatenate([steps_of(one) for one in loops]).mean())

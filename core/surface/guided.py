@@ -18,6 +18,7 @@ from core.surface.axis import AxisFrame
 from core.surface.contour_fit import fit_contour
 from core.surface.draft import LEFT, STRAY, Draft, Found, draft_of, is_simple, judged
 from core.surface.grazing import is_grazing
+from core.surface.interpolated import steps_of
 from core.surface.results import Slice
 
 __all__ = ["GUIDED", "guided"]
@@ -92,8 +93,9 @@ def _fitted(points: Floats, guess: Floats, segments: NDArray[np.int64]) -> tuple
     """Return a contour, and which samples are too far from it; the guess itself without samples."""
     fit = fit_contour(points, guess, segments)
     if fit is None:
-        length = float(np.linalg.norm(np.roll(guess, -1, axis=0) - guess, axis=1).sum())
-        return Found(guess, True, length, np.zeros(0), 0.0), np.ones(len(points), np.bool_)
+        return Found(guess, True, float(steps_of(guess).sum()), np.zeros(0), 0.0), np.ones(
+            len(points), np.bool_
+        )
     near = fit.distance <= max(_NEAR * fit.sigma, 1e-9 * fit.length)
     rms = float(np.sqrt(np.mean(fit.distance[near] ** 2))) if near.any() else 0.0
     far = fit.distance > max(_FAR * fit.sigma, fit.length / len(points))

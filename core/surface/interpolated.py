@@ -16,7 +16,7 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-__all__ = ["Stratum", "between", "closest", "resampled", "signed_distances"]
+__all__ = ["Stratum", "between", "closest", "resampled", "signed_distances", "steps_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -146,6 +146,11 @@ def _onto(start: Floats, end: Floats, points: Floats) -> tuple[Floats, Floats]:
     share = np.einsum("ij,ij->i", points - start, way) / np.where(square > 0.0, square, 1.0)
     length = np.sqrt(np.where(square > 0.0, square, 1.0))
     return start + np.clip(share, 0.0, 1.0)[:, None] * way, way / length[:, None]
+
+
+def steps_of(loop: Floats) -> Floats:
+    """Return the lengths of the edges of a closed polyline (M, 2) that does not repeat its first vertex."""
+    return np.asarray(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1))
 
 
 def resampled(line: Floats, spacing: float, closed: bool) -> Floats:

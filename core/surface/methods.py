@@ -143,7 +143,7 @@ def _contours(
     """Contours, with what has been found of each level elsewhere."""
     _refuse_contours(scans)
     found = _sliced(scans, parameters, within(progress, 0.0, CUT))
-    shown = found.shown(found.indicator(parameters))
+    shown = found.guessed(parameters)
     told = within(progress, CUT, 1.0)
     levels = levelwise.contour_levels(found.slices, parameters, shown, told, drafts)
     return Contours(_axis(parameters), levels, _warnings(levels))
@@ -204,11 +204,20 @@ class _Cut:
         """What all meshes show together, if anything."""
         return indicator_of(self.meshes, axis_frame(parameters.axis))
 
+    @property
+    def is_clean(self) -> bool:
+        """Whether the slices are contours already."""
+        return all(is_clean(one) for one in self.slices)
+
     def shown(self, indicator: Indicator | None) -> Shown | None:
-        """About where the contours run; None where the slices are contours already."""
-        if indicator is None or all(is_clean(one) for one in self.slices):
+        """About where the contours run that have to be found."""
+        if indicator is None or self.is_clean:
             return None
         return tuple(tuple(indicator.loops(one.height)) for one in self.slices)
+
+    def guessed(self, parameters: SliceParameters) -> Shown | None:
+        """The same, where nothing else is asked of the indicator."""
+        return None if self.is_clean else self.shown(self.indicator(parameters))
 
 
 def _sliced(scans: Scans, parameters: SliceParameters, progress: Progress | None) -> _Cut:
@@ -250,7 +259,7 @@ def _split(scans: Scans, parameters: ContourParameters) -> tuple[Levels, ...]:
     if stack.given(scans) == "contours":
         return ()
     found = _sliced(scans, parameters, None)
-    return levelwise.parts_of(found.slices, parameters, found.shown(found.indicator(parameters)))
+    return levelwise.parts_of(found.slices, parameters, found.guessed(parameters))
 
 
 def _joined_contours(
